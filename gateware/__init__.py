@@ -1,0 +1,1 @@
+"""Stream cores of the matcher, and the DMA shell and peripheral around them."""
