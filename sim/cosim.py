@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..gateware.matcher import Matcher
-from .verilated import VerilatedCore
+from .stream_core import StreamCore
 
 SETTINGS = ("width", "height", "disparities", "block_size")
 
@@ -37,7 +37,7 @@ class CosimMatcher:
         self.max_width      = max_width
         self.disparities    = disparities
         self.max_block_size = max_block_size
-        self.core = VerilatedCore(Matcher(max_width=max_width, disparities=disparities, max_block_size=max_block_size),
+        self.core = StreamCore(Matcher(max_width=max_width, disparities=disparities, max_block_size=max_block_size),
                                   SETTINGS)
 
     def match(self, left: NDArray[np.uint8], right: NDArray[np.uint8], disparities: int, block_size: int, *,

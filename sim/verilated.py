@@ -3,21 +3,16 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Runs the emitted Verilog of a stream core, in this process, through Verilator."""
+"""Builds the emitted Verilog of a core, with a C++ bench around it, into a library for this process."""
 
 from __future__ import annotations
 
-import ctypes
 import subprocess
-from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
 from litex.gen import LiteXModule
 from litex.gen.fhdl import verilog
-from migen import Cat, ClockDomain, Signal
-from numpy.typing import NDArray
+from migen import ClockDomain, Signal
 
 from .paths import SIM_DIR, build_directory, built_once, content_key
 
@@ -26,188 +21,53 @@ VERILATOR_OPTIONS = ["--cc", "--exe", "-O3", "--x-assign", "fast", "--x-initial"
                      "-CFLAGS", "-O2 -fPIC", "-LDFLAGS", "-shared", "-o", "core.so"]
 
 
-class StreamTop(LiteXModule):
-    """The core with its sink, source and settings as plain ports, whatever fields they have.
-
-    A pipeline core, one whose endpoints never stall, has no ready of its own.
-    """
-    def __init__(self, core, settings: Sequence[str], pipeline: bool) -> None:
+class PortsTop(LiteXModule):
+    """Top level around a core: its clock, its reset, and ports of chosen names."""
+    def __init__(self, core: LiteXModule) -> None:
         self.core   = core
         self.cd_sys = ClockDomain("sys")
         self.ios    = {self.cd_sys.clk, self.cd_sys.rst}
-        for side in ["sink", "source"]:
-            endpoint = getattr(core, side)
-            fields   = [getattr(endpoint, name) for name, *_ in endpoint.description.payload_layout]
-            data     = self.port(f"{side}_data", sum(len(field) for field in fields))
-            for name in ["valid", "ready", "first", "last"]:
-                port  = self.port(f"{side}_{name}", 1)
-                inner = getattr(endpoint, name)
-                if pipeline and name == "ready":
-                    self.comb += port.eq(1) if side == "sink" else []
-                elif (side == "sink") != (name == "ready"):
-                    self.comb += inner.eq(port)
-                else:
-                    self.comb += port.eq(inner)
-            self.comb += Cat(*fields).eq(data) if side == "sink" else data.eq(Cat(*fields))
-        for name in settings:
-            setting = getattr(core, name)
-            self.comb += setting.eq(self.port(f"setting_{name}", len(setting)))
 
     def port(self, name: str, bits: int) -> Signal:
+        """New port; whether it is an input follows from its use."""
         signal = Signal(bits, name_override=name)
         self.ios.add(signal)
         return signal
 
 
-def ports_header(sink_bits: int, source_bits: int, settings: Sequence[str]) -> str:
-    """C++ functions that move words to and from the model's ports, which Verilator types by their width."""
-    def move(bits: int, port: str, target: str) -> list[str]:
-        lines = []
-        for index in range(-(-bits//32)):
-            part = f"model.{port}[{index}]" if bits > 64 else f"model.{port} >> {32*index}"
-            lines.append(f"    words[{index}] = {part};" if target == "words" else f"    {part} = words[{index}];")
-        if target == "port" and bits <= 64:
-            high  = " | (uint64_t)words[1] << 32" if bits > 32 else ""
-            lines = [f"    model.{port} = words[0]{high};"]
-        return lines
-
-    cases = [f"    case {index}: model.setting_{name} = value; break;" for index, name in enumerate(settings)]
-    return "\n".join([
-        '#include "Vcore.h"',
-        "using Model = Vcore;",
-        f"constexpr unsigned SINK_WORDS = {-(-sink_bits//32)}, SOURCE_WORDS = {-(-source_bits//32)};",
-        "static inline void set_sink(Model &model, const uint32_t *words)", "{",
-        *move(sink_bits, "sink_data", "port"), "}",
-        "static inline void get_source(Model &model, uint32_t *words)", "{",
-        *move(source_bits, "source_data", "words"), "}",
-        "static inline void set_setting(Model &model, uint32_t setting, uint32_t value)", "{",
-        "    switch (setting) {", *cases, "    }", "}", ""])
-
-
-class _Run(ctypes.Structure):
-    """Mirror of `struct Run` in stream_bench.cpp."""
-    _fields_ = ([("input", ctypes.c_void_p), ("input_marks", ctypes.c_void_p), ("inputs", ctypes.c_uint64),
-                 ("output", ctypes.c_void_p), ("output_marks", ctypes.c_void_p), ("outputs", ctypes.c_uint64),
-                 ("idle_clocks", ctypes.c_uint64), ("valid_per_mille", ctypes.c_uint32),
-                 ("ready_per_mille", ctypes.c_uint32)]
-                + [(name, ctypes.c_uint64) for name in ("seed", "reset_clock", "probe", "accepted", "captured",
-                                                        "clocks", "probe_clock")])
-
-
-@dataclass(frozen=True)
-class RunResult:
-    """What came out of a run."""
-    words: NDArray[np.uint32]  #: captured items, N x words of an item
-    first: NDArray[np.bool_]   #: mark of each
-    last: NDArray[np.bool_]    #: mark of each
-    accepted: int              #: items that the sink took
-    clocks: int                #: from the first clock of the run to the last item captured
-    probe_clock: int           #: likewise to the item asked for
-
-
-class VerilatedCore:
-    """A stream core as Verilator runs it.
+def build_library(top: PortsTop, header: str, bench: str) -> Path:
+    """Emit Verilog, compile it with the bench, once for each content; return the shared library.
 
     Parameters
     ----------
-    core
-        Module with the endpoints `sink` and `source`.
-    settings
-        Names of the core's Signals that `set` may drive.
-    pipeline
-        The core never stalls and has no ready.
+    top
+        Top level.
+    header
+        Contents of `ports.h`, which tells the bench what the ports are.
+    bench
+        Name of the bench's C++ file, in this folder.
+
+    Raises
+    ------
+    RuntimeError
+        Verilator or the compiler failed; the message names the log.
     """
-    def __init__(self, core, settings: Sequence[str] = (), pipeline: bool = False) -> None:
-        self.settings    = list(settings)
-        top              = StreamTop(core, settings, pipeline)
-        bits             = {side: sum(len(getattr(getattr(core, side), name))
-                                      for name, *_ in getattr(core, side).description.payload_layout)
-                            for side in ("sink", "source")}
-        self.sink_words   = -(-bits["sink"]//32)
-        self.source_words = -(-bits["source"]//32)
-        library           = self._build(top, ports_header(bits["sink"], bits["source"], settings))
-        self._library     = ctypes.CDLL(str(library))
-        self._library.core_new.restype  = ctypes.c_void_p
-        for name, types in [("core_free", []), ("core_reset", []), ("core_run", [ctypes.POINTER(_Run)]),
-                            ("core_set", [ctypes.c_uint32, ctypes.c_uint32])]:
-            function          = getattr(self._library, name)
-            function.restype  = None
-            function.argtypes = [ctypes.c_void_p, *types]
-        self._core = self._library.core_new()
-        self.reset()
+    source  = str(verilog.convert(top, ios=top.ios, name="core"))
+    program = (SIM_DIR / bench).read_text()
+    version = subprocess.run(["verilator", "--version"], check=True, capture_output=True, text=True).stdout
+    # The first lines of the Verilog hold the date.
+    key     = content_key([source[source.index("module core"):], header, program, version, *VERILATOR_OPTIONS])
 
-    @staticmethod
-    def _build(top: StreamTop, header: str) -> Path:
-        source  = str(verilog.convert(top, ios=top.ios, name="core"))
-        bench   = (SIM_DIR / "stream_bench.cpp").read_text()
-        # The first lines of the Verilog hold the date.
-        body    = source[source.index("module core"):]
-        version = subprocess.run(["verilator", "--version"], check=True, capture_output=True, text=True).stdout
-        key     = content_key([body, header, bench, version, *VERILATOR_OPTIONS])
+    def build(folder: Path) -> None:
+        (folder / "core.v").write_text(source)
+        (folder / "ports.h").write_text(header)
+        (folder / bench).write_text(program)
+        log = folder / "build.log"
+        with open(log, "w") as file:
+            for command in [["verilator", *VERILATOR_OPTIONS, "-CFLAGS", f"-I{folder}", "core.v", bench],
+                            ["make", "-s", "-j2", "-C", "obj_dir", "-f", "Vcore.mk"]]:
+                status = subprocess.run(command, cwd=folder, stdout=file, stderr=file, check=False).returncode
+                if status:
+                    raise RuntimeError(f"{command[0]} failed with status {status}: see {log}")
 
-        def build(folder: Path) -> None:
-            (folder / "core.v").write_text(source)
-            (folder / "ports.h").write_text(header)
-            (folder / "stream_bench.cpp").write_text(bench)
-            log = folder / "build.log"
-            with open(log, "w") as file:
-                for command in [["verilator", *VERILATOR_OPTIONS, "-CFLAGS", f"-I{folder}", "core.v", "stream_bench.cpp"],
-                                ["make", "-s", "-j2", "-C", "obj_dir", "-f", "Vcore.mk"]]:
-                    status = subprocess.run(command, cwd=folder, stdout=file, stderr=file, check=False).returncode
-                    if status:
-                        raise RuntimeError(f"{command[0]} failed with status {status}: see {log}")
-
-        return built_once(build_directory() / "cosim" / key, build) / "obj_dir" / "core.so"
-
-    def close(self) -> None:
-        """Free the model."""
-        if self._core:
-            self._library.core_free(self._core)
-            self._core = None
-
-    def reset(self) -> None:
-        """One clock of reset."""
-        self._library.core_reset(self._core)
-
-    def set(self, **settings: int) -> None:
-        """Drive settings, by name."""
-        for name, value in settings.items():
-            self._library.core_set(self._core, self.settings.index(name), value)
-
-    def run(self, words: NDArray[np.uint32], outputs: int, *, first: NDArray[np.bool_] | None = None,
-            last: NDArray[np.bool_] | None = None, valid: float = 1.0, ready: float = 1.0, seed: int = 0,
-            reset_clock: int = 0, probe: int = 0, idle_clocks: int = 20000) -> RunResult:
-        """Feed the sink and capture the source, until `outputs` items have come or nothing moves any more.
-
-        Parameters
-        ----------
-        words
-            Items for the sink, uint32, N x `sink_words` (or N if an item fits one word); fields in the order of the layout
-            from bit 0.
-        outputs
-            Number of items to capture.
-        first, last
-            Marks of the items.
-        valid, ready
-            Chance, per clock, that the next item is offered and that the source is ready.
-        seed
-            Seeds these chances.
-        reset_clock
-            Stop at this clock, if above 0; call `reset` afterwards.
-        probe
-            Index of the captured item whose clock is wanted.
-        idle_clocks
-            Clocks without any transfer after which the run ends.
-        """
-        items  = np.ascontiguousarray(words, np.uint32).reshape(-1, self.sink_words)
-        marks  = np.zeros(len(items), np.uint8)
-        marks |= 0 if first is None else first.astype(np.uint8)
-        marks |= 0 if last  is None else last.astype(np.uint8) << 1
-        output       = np.zeros((outputs, self.source_words), np.uint32)
-        output_marks = np.zeros(outputs, np.uint8)
-        run = _Run(items.ctypes.data, marks.ctypes.data, len(items), output.ctypes.data, output_marks.ctypes.data,
-                   outputs, idle_clocks, round(1000*valid), round(1000*ready), seed, reset_clock, probe)
-        self._library.core_run(self._core, ctypes.byref(run))
-        count = run.captured
-        return RunResult(output[:count], (output_marks[:count] & 1) != 0, (output_marks[:count] & 2) != 0,
-                         run.accepted, run.clocks, run.probe_clock)
+    return built_once(build_directory() / "cosim" / key, build) / "obj_dir" / "core.so"
