@@ -11,6 +11,7 @@ import enum
 import struct
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 from .errors import ProtocolError
 from .protocol import CHUNK_BYTES, Parameter
@@ -48,7 +49,7 @@ COUNTERS = (
 )
 
 
-def _unpack(layout: struct.Struct, payload: bytes, what: str) -> tuple[int, ...]:
+def _unpack(layout: struct.Struct, payload: bytes, what: str) -> tuple[Any, ...]:
     if len(payload) < layout.size:
         raise ProtocolError(f"the device's {what} is {len(payload)} bytes long instead of {layout.size}")
     return layout.unpack_from(payload)
@@ -85,8 +86,7 @@ class Capabilities:
     def unpack(cls, payload: bytes) -> Capabilities:
         """Capabilities from a payload; raises ProtocolError if it is too short."""
         *numbers, name = _unpack(_CAPABILITIES, payload, "list of capabilities")
-        text = bytes(name).split(b"\0")[0].decode("ascii", "replace")
-        return cls(*numbers, name=text)
+        return cls(*(*numbers, name.split(b"\0")[0].decode("ascii", "replace")))
 
 
 class FrameState(enum.IntEnum):
@@ -128,7 +128,8 @@ def pack_number(number: int) -> bytes:
 
 def unpack_number(payload: bytes) -> int:
     """The u32 of a payload; raises ProtocolError if it is too short."""
-    return _unpack(_NUMBER, payload, "number")[0]
+    (number,) = _unpack(_NUMBER, payload, "number")
+    return int(number)
 
 
 def pack_parameters(parameters: Mapping[Parameter, int]) -> bytes:
