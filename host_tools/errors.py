@@ -19,7 +19,11 @@ class UrlError(UsageError):
 
 
 class SettingsError(UsageError):
-    """A matcher parameter outside of the values that any device takes."""
+    """A matcher parameter with a value that no device takes."""
+
+
+class UnsupportedError(LiteStereoError):
+    """A matcher parameter that this device was not built for."""
 
 
 class ImageError(LiteStereoError):

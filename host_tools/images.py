@@ -96,7 +96,7 @@ def read_grey(path: Path) -> tuple[NDArray[np.uint8], list[str]]:
 
 def disparity_pixels(disparity: NDArray[np.int16]) -> NDArray[np.float32]:
     """Disparity map (int16, H x W, sixteenths) in pixels: float32, H x W, nan where there is none."""
-    pixels = disparity.astype(np.float32)/DISPARITY_SCALE
+    pixels = disparity.astype(np.float32)/np.float32(DISPARITY_SCALE)
     pixels[disparity < 0] = np.nan
     return pixels
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -68,11 +69,11 @@ def rate(disparity: NDArray[np.int16], truth: NDArray[np.float32]) -> Quality:
         bad_1_0      = _mean(100.0*(errors > 1.0)),
         bad_2_0      = _mean(100.0*(errors > 2.0)),
         mean_error   = _mean(errors),
-        density      = 100.0*errors.size/known.sum() if known.any() else math.nan,
+        density      = 100.0*errors.size/int(known.sum()) if known.any() else math.nan,
         known_pixels = int(known.sum()),
         rated_pixels = errors.size,
     )
 
 
-def _mean(values: NDArray[np.float64]) -> float:
+def _mean(values: NDArray[np.floating[Any]]) -> float:
     return float(values.mean()) if values.size else math.nan

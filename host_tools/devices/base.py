@@ -16,7 +16,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import ImageError, SettingsError
+from ..errors import ImageError, UnsupportedError
 from ..settings import DEFAULT_BLOCK_SIZE, DEFAULT_DISPARITIES, MatcherSettings
 
 #: Receives the phase ("upload", "match" or "download"), the steps done and the steps in all.
@@ -54,15 +54,15 @@ class DeviceInfo:
 
         Raises
         ------
-        SettingsError
+        UnsupportedError
             The device was not built for that many disparities or that block size.
         ImageError
             The images are too large for the device, or too small for the settings.
         """
         if settings.disparities > self.max_disparities:
-            raise SettingsError(f"{self.name} has {self.max_disparities} disparities, {settings.disparities} are too many")
+            raise UnsupportedError(f"{self.name} has {self.max_disparities} disparities, {settings.disparities} are too many")
         if not self.min_block_size <= settings.block_size <= self.max_block_size:
-            raise SettingsError(f"{self.name} has block sizes from {self.min_block_size} to {self.max_block_size}, "
+            raise UnsupportedError(f"{self.name} has block sizes from {self.min_block_size} to {self.max_block_size}, "
                                 f"not {settings.block_size}")
         if width > self.max_width or height > self.max_height or width*height > self.max_pixels:
             raise ImageError(f"images of {width}x{height} pixels are too large for {self.name}: at most "
@@ -120,7 +120,7 @@ class Device(abc.ABC):
 
         Raises
         ------
-        SettingsError, ImageError
+        UnsupportedError, ImageError
             The settings or a pair do not suit the device.
         DeviceError
             The device is gone, does not answer, or could not match.
