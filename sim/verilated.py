@@ -7,6 +7,7 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 from pathlib import Path
 
@@ -55,8 +56,9 @@ def build_library(top: PortsTop, header: str, bench: str) -> Path:
     source  = str(verilog.convert(top, ios=top.ios, name="core"))
     program = (SIM_DIR / bench).read_text()
     version = subprocess.run(["verilator", "--version"], check=True, capture_output=True, text=True).stdout
-    # The first lines of the Verilog hold the date.
-    key     = content_key([source[source.index("module core"):], header, program, version, *VERILATOR_OPTIONS])
+    # Comments hold the date.
+    logic   = re.sub(r"^//.*$", "", source, flags=re.MULTILINE)
+    key     = content_key([logic, header, program, version, *VERILATOR_OPTIONS])
 
     def build(folder: Path) -> None:
         (folder / "core.v").write_text(source)
