@@ -4,13 +4,14 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-/* The one place where LiteX's generated headers come in; tests put their own in the include path. */
+/* The one place where LiteX's headers come in; tests put their own in the include path. */
 
 #ifndef LITESTEREO_DRIVERS_PLATFORM_H
 #define LITESTEREO_DRIVERS_PLATFORM_H
 
 #include <generated/csr.h>
 #include <generated/soc.h>
+#include <libbase/uart.h>
 
 #include "litestereo/platform.h"
 

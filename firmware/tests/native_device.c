@@ -26,6 +26,7 @@
 #include "app/app.h"
 #include "fake_stereo.h"
 #include "generated/csr.h"
+#include "libbase/uart.h"
 #include "litestereo/platform.h"
 
 /* Where the frame memory lies: registers hold 32-bit addresses, so it has to be below 4 GiB. */

@@ -15,9 +15,6 @@
 #define CSR_UART_BASE   0xf0002000L
 #define CSR_TIMER0_UPTIME_CYCLES_ADDR 0xf0003000L
 
-#define UART_EV_TX 0x1
-#define UART_EV_RX 0x2
-
 void stereo_left_base_write(uint32_t value);
 void stereo_right_base_write(uint32_t value);
 void stereo_disparity_base_write(uint32_t value);
