@@ -16,7 +16,10 @@ from .link import Link
 PROMPT = "litestereo> "
 
 #: Wait for text in seconds, between two looks at what has come.
-_LOOK_S = 0.05
+_LOOK_S = 0.02
+
+#: Longest wait in seconds for the prompt after an empty line; noise that it ended gets no prompt.
+_EMPTY_LINE_S = 2.0
 
 
 def run_line(link: Link, line: str, timeout_s: float) -> str:
@@ -24,8 +27,19 @@ def run_line(link: Link, line: str, timeout_s: float) -> str:
 
     The text ends at the prompt, or when nothing has come for `timeout_s`. Raises LinkTimeout if nothing comes at all.
     """
-    link.demux.take_console()
+    # A line of its own first: it ends whatever noise has typed, and what comes before its prompt is of no interest.
+    link.write_console("\n")
+    _read(link, min(timeout_s, _EMPTY_LINE_S))
     link.write_console(line + "\n")
+    text = _read(link, timeout_s)
+    if not text:
+        raise LinkTimeout(f"the device's console printed nothing for {timeout_s:g} s")
+    echo, newline, rest = text.removesuffix(PROMPT).partition("\n")
+    return rest if newline and echo.strip() == line.strip() else text
+
+
+def _read(link: Link, timeout_s: float) -> str:
+    """Console text up to the next prompt, or until nothing has come for `timeout_s`; line ends are newlines."""
     text     = ""
     quiet_at = time.monotonic() + timeout_s
     while not text.endswith(PROMPT) and time.monotonic() < quiet_at:
@@ -33,13 +47,4 @@ def run_line(link: Link, line: str, timeout_s: float) -> str:
         if more := link.demux.take_console():
             text    += more.replace("\r", "")
             quiet_at = time.monotonic() + timeout_s
-    if not text:
-        raise LinkTimeout(f"the device's console printed nothing for {timeout_s:g} s")
-    return _body(text, line)
-
-
-def _body(text: str, line: str) -> str:
-    """Console output without the echo of the line before it and the prompt after it."""
-    text = text.removesuffix(PROMPT).removeprefix(PROMPT)
-    echo, newline, rest = text.partition("\n")
-    return rest if newline and echo.strip() == line.strip() else text
+    return text

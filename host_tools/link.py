@@ -223,7 +223,8 @@ class Link:
         sample = (now - max(call.sent_at, self._progress_at))/(len(call.framed) + call.reply_bytes)
         weight = 0.125 if self._measured else 1.0
         self._measured    = True
-        self._s_per_byte += weight*(sample - self._s_per_byte)
+        # A reply that noise has held up says nothing of the line's speed, so a single one must not count for much.
+        self._s_per_byte += weight*(min(sample, 2*self._s_per_byte) - self._s_per_byte)
 
     def _timeout_at(self) -> float:
         in_flight = sum(len(call.framed) + call.reply_bytes for call in self._outstanding.values())
@@ -236,7 +237,7 @@ class Link:
         now = time.monotonic()
         if now - self._progress_at > self._limit_s:
             raise LinkTimeout(f"the device has not answered for {self._limit_s:g} s: "
-                              "is it running, and is this its port and speed?")
+                              "is it running, is this its port and speed, and does no other host use it?")
         if now >= self._timeout_at():
             self.counters.timeouts += 1
             self._send_again(sorted(self._outstanding.values(), key=lambda call: call.transmission))

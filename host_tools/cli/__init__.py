@@ -13,7 +13,6 @@ import sys
 from collections.abc import Sequence
 
 from ..errors import LiteStereoError, UsageError
-from . import console, info, match, stats
 from .arguments import Parser
 
 SUCCESS     = 0
@@ -41,6 +40,9 @@ exit status: 0 success, 1 failure, 2 wrong usage, 130 interrupted
 
 
 def _parser() -> Parser:
+    # Here and not above: loading OpenCV takes a while, and an interrupt meanwhile shall end like any other.
+    from . import console, info, match, stats
+
     parser = Parser(prog="litestereo", description="Stereo matching with a LiteStereo device.", epilog=_EPILOG)
     version = importlib.metadata.version("litestereo")
     parser.add_argument("--version", action="version", version=f"litestereo {version}")

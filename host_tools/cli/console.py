@@ -15,15 +15,15 @@ from .arguments import Parser, add_device, positive
 #: Time in seconds without any text after which the console counts as silent; a self test takes a while in simulation.
 _TIMEOUT_S = 60.0
 
-#: Word by which the firmware reports that a command did not succeed.
-_FAILED = "FAILED"
+#: How the firmware says that a command did not succeed, or was none.
+_FAILURES = ("FAILED", ": refused: ", "usage: ", "unknown command")
 
 _EPILOG = """\
 examples:
   litestereo console --device tcp://127.0.0.1:2000 help
   litestereo console --device serial:/dev/ttyUSB0 selftest
 
-The exit status is 1 if the device prints FAILED.
+The exit status is 1 if the device says that the command failed, was refused, or is unknown.
 """
 
 
@@ -43,4 +43,4 @@ def run(options: argparse.Namespace) -> int:
     with connect(options.device) as device:
         text = device.console(" ".join(options.line), options.timeout)
     print(text.rstrip("\n"))
-    return 1 if _FAILED in text else 0
+    return 1 if any(failure in text for failure in _FAILURES) else 0

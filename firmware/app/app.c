@@ -1,0 +1,101 @@
+/*
+ * This file is part of LiteStereo.
+ *
+ * SPDX-License-Identifier: BSD-2-Clause
+ */
+
+#include "app.h"
+
+#include <string.h>
+
+#include "litestereo/platform.h"
+
+#define FIRMWARE_VERSION 0x0001u
+#define DEVICE_NAME      "LiteStereo"
+
+/* Bytes taken from the line in one turn. */
+#define BURST 256
+
+static void write_line(void *context, const uint8_t *bytes, size_t length)
+{
+    serial_send(context, bytes, length);
+}
+
+static void type_on_console(void *context, const uint8_t *bytes, size_t length)
+{
+    console_receive(context, bytes, length);
+}
+
+static void stop_match(void *context, frame_t *frame)
+{
+    matcher_stop(context, frame);
+}
+
+static void describe(app_t *app)
+{
+    const stereo_capabilities_t *can = &app->stereo.capabilities;
+
+    app->info = (device_info_t){
+        .gateware_version = can->version,
+        .firmware_version = FIRMWARE_VERSION,
+        .max_width        = can->max_width,
+        .max_height       = can->max_height,
+        .max_disparities  = can->max_disparities,
+        .min_block_size   = can->min_block_size,
+        .max_block_size   = can->max_block_size,
+        .features         = can->features,
+        .sys_clk_hz       = clock_hz(),
+        .name             = DEVICE_NAME,
+    };
+}
+
+status_t app_init(app_t *app)
+{
+    size_t   size;
+    void    *memory = platform_frame_memory(&size);
+    status_t status;
+
+    memset(app, 0, sizeof(*app));
+    app->matcher = (matcher_t){.stereo = &app->stereo, .pool = &app->pool, .counters = &app->counters};
+    app->console = (console_t){
+        .info     = &app->info,
+        .matcher  = &app->matcher,
+        .counters = &app->counters,
+        .write    = write_line,
+        .context  = &app->serial,
+    };
+    serial_init(&app->serial);
+    status = stereo_init(&app->stereo);
+    if (status != STATUS_OK) {
+        console_printf(&app->console, "\nThe matcher does not answer as one that this firmware knows.\n");
+        return status;
+    }
+    status = frame_pool_init(&app->pool, memory, size, FRAME_POOL_SLOTS);
+    if (status != STATUS_OK) {
+        console_printf(&app->console, "\n%u bytes of memory are too few for frames.\n", (unsigned)size);
+        return status;
+    }
+    describe(app);
+    session_init(&app->session, &app->info, &app->pool, &app->counters, stop_match, &app->matcher);
+    serial_link_init(&app->link, &app->session, &app->counters, clock_hz());
+    app->link.write           = write_line;
+    app->link.write_context   = &app->serial;
+    app->link.console         = type_on_console;
+    app->link.console_context = &app->console;
+    console_start(&app->console);
+    return STATUS_OK;
+}
+
+void app_poll(app_t *app)
+{
+    uint8_t  bytes[BURST];
+    uint64_t clock  = clock_now();
+    size_t   length = serial_receive(&app->serial, bytes, sizeof(bytes));
+
+    if (length > 0) {
+        serial_link_receive(&app->link, clock, bytes, length);
+    } else {
+        serial_link_poll(&app->link, clock);
+    }
+    matcher_poll(&app->matcher, clock);
+}

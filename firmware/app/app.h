@@ -1,0 +1,34 @@
+/*
+ * This file is part of LiteStereo.
+ *
+ * SPDX-License-Identifier: BSD-2-Clause
+ */
+
+#ifndef LITESTEREO_APP_APP_H
+#define LITESTEREO_APP_APP_H
+
+#include "litestereo/console.h"
+#include "litestereo/matcher.h"
+#include "litestereo/serial.h"
+#include "litestereo/serial_link.h"
+
+/** The whole firmware: drivers, frames, session, link and console, and how they hang together. */
+typedef struct {
+    stereo_t      stereo;    /**< The accelerator. */
+    serial_t      serial;    /**< The line. */
+    frame_pool_t  pool;      /**< Frames. */
+    counters_t    counters;  /**< What is counted. */
+    matcher_t     matcher;   /**< From the pool to the accelerator. */
+    device_info_t info;      /**< What the device tells of itself. */
+    session_t     session;   /**< The protocol. */
+    serial_link_t link;      /**< The protocol on the line. */
+    console_t     console;   /**< People on the line. */
+} app_t;
+
+/** Brings everything up and greets; says on the line what is wrong if something is. */
+status_t app_init(app_t *app);
+
+/** One turn of the main loop. */
+void app_poll(app_t *app);
+
+#endif

@@ -1,0 +1,181 @@
+/*
+ * This file is part of LiteStereo.
+ *
+ * SPDX-License-Identifier: BSD-2-Clause
+ */
+
+#include "litestereo/console.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "commands.h"
+
+#define PROMPT "litestereo> "
+
+static bool command_help(console_t *console, int argc, char **argv);
+static bool command_info(console_t *console, int argc, char **argv);
+static bool command_stats(console_t *console, int argc, char **argv);
+
+static const struct {
+    const char       *name;
+    const char       *arguments;
+    const char       *help;
+    console_command_t run;
+} commands[] = {
+    {"help",     "",                                       "show the commands",              command_help},
+    {"info",     "",                                       "show what the device can do",    command_info},
+    {"stats",    "",                                       "show the counters",              command_stats},
+    {"selftest", "",                                       "compare accelerator and CPU",    command_selftest},
+    {"bench",    " WIDTH HEIGHT DISPARITIES BLOCK_SIZE",   "match a fixed pattern",          command_bench},
+};
+
+#define COMMANDS (sizeof(commands) / sizeof(commands[0]))
+
+void console_printf(console_t *console, const char *format, ...)
+{
+    char    text[200];
+    va_list arguments;
+    int     length;
+    char   *line = text;
+
+    va_start(arguments, format);
+    length = vsnprintf(text, sizeof(text), format, arguments);
+    va_end(arguments);
+    if (length < 0) {
+        return;
+    }
+    for (;;) {
+        char *end = strchr(line, '\n');
+
+        if (end == NULL) {
+            break;
+        }
+        console->write(console->context, (const uint8_t *)line, (size_t)(end - line));
+        console->write(console->context, (const uint8_t *)"\r\n", 2);
+        line = end + 1;
+    }
+    console->write(console->context, (const uint8_t *)line, strlen(line));
+}
+
+static bool command_help(console_t *console, int argc, char **argv)
+{
+    (void)argv;
+    for (size_t i = 0; i < COMMANDS; i++) {
+        console_printf(console, "%s%s: %s\n", commands[i].name, commands[i].arguments, commands[i].help);
+    }
+    return argc == 1;
+}
+
+static bool command_info(console_t *console, int argc, char **argv)
+{
+    const device_info_t *info = console->info;
+    const frame_pool_t  *pool = console->matcher->pool;
+
+    (void)argv;
+    console_printf(console, "name: %s\n", info->name);
+    console_printf(console, "firmware: %u.%u\n", info->firmware_version >> 8, info->firmware_version & 0xff);
+    console_printf(console, "gateware: %u.%u, features 0x%08x\n", info->gateware_version >> 8,
+        info->gateware_version & 0xff, (unsigned)info->features);
+    console_printf(console, "clock: %u Hz\n", (unsigned)info->sys_clk_hz);
+    console_printf(console, "disparities: 16 to %u\n", info->max_disparities);
+    console_printf(console, "block size: %u to %u\n", info->min_block_size, info->max_block_size);
+    console_printf(console, "frames: %u slots of %u pixels, at most %u wide\n", pool->slots,
+        (unsigned)pool->max_pixels, info->max_width);
+    return argc == 1;
+}
+
+static bool command_stats(console_t *console, int argc, char **argv)
+{
+    (void)argv;
+    for (unsigned i = 0; i < COUNTERS; i++) {
+        console_printf(console, "%s: %u\n", counter_name(i), (unsigned)console->counters->value[i]);
+    }
+    return argc == 1;
+}
+
+/* Cuts the line into words; returns their number, CONSOLE_WORDS + 1 if there are more. */
+static int split(char *line, char **argv)
+{
+    int argc = 0;
+
+    for (line += strspn(line, " "); *line != 0 && argc <= CONSOLE_WORDS; line += strspn(line, " ")) {
+        argv[argc++] = line;
+        line += strcspn(line, " ");
+        if (*line != 0) {
+            *line++ = 0;
+        }
+    }
+    return argc;
+}
+
+static void run_line(console_t *console)
+{
+    char *argv[CONSOLE_WORDS + 1];
+    int   argc = split(console->line, argv);
+
+    if (argc == 0) {
+        return;
+    }
+    count(console->counters, COUNTER_CONSOLE_LINES);
+    for (size_t i = 0; i < COMMANDS; i++) {
+        if (strcmp(argv[0], commands[i].name) == 0) {
+            if (argc > CONSOLE_WORDS || !commands[i].run(console, argc, argv)) {
+                console_printf(console, "usage: %s%s\n", commands[i].name, commands[i].arguments);
+            }
+            return;
+        }
+    }
+    console_printf(console, "unknown command, try help\n");
+}
+
+static void end_line(console_t *console)
+{
+    /* Bytes of a broken frame look like garbage; they are not worth an answer. */
+    if (!console->garbage) {
+        console->line[console->length] = 0;
+        console_printf(console, "\n");
+        run_line(console);
+        console_printf(console, PROMPT);
+    }
+    console->length  = 0;
+    console->garbage = false;
+}
+
+static void type(console_t *console, char character)
+{
+    bool newline_of_return = character == '\n' && console->returned;
+
+    console->returned = character == '\r';
+    if (newline_of_return) {
+        return;
+    }
+    if (character == '\r' || character == '\n') {
+        end_line(console);
+    } else if (character == '\b' || character == 0x7f) {
+        if (console->length > 0) {
+            console->length--;
+            console_printf(console, "\b \b");
+        }
+    } else if (character < 0x20 || character > 0x7e || console->length == CONSOLE_LINE_SIZE) {
+        console->garbage = true;
+    } else if (!console->garbage) {
+        console->line[console->length++] = character;
+        console->write(console->context, (const uint8_t *)&character, 1);
+    }
+}
+
+void console_start(console_t *console)
+{
+    console_printf(console, "\n%s, firmware %u.%u, gateware %u.%u: try help\n" PROMPT, console->info->name,
+        console->info->firmware_version >> 8, console->info->firmware_version & 0xff,
+        console->info->gateware_version >> 8, console->info->gateware_version & 0xff);
+}
+
+void console_receive(console_t *console, const uint8_t *text, size_t length)
+{
+    for (size_t i = 0; i < length; i++) {
+        type(console, (char)text[i]);
+    }
+}

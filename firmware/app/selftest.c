@@ -1,0 +1,154 @@
+/*
+ * This file is part of LiteStereo.
+ *
+ * SPDX-License-Identifier: BSD-2-Clause
+ */
+
+#include <string.h>
+
+#include "commands.h"
+#include "pattern.h"
+#include "sad.h"
+
+/* Most pixels of a case, and most columns: what the CPU's map takes is set aside for good. */
+#define MAX_PIXELS 5120u
+#define MAX_WIDTH  320u
+
+/* Sizes beyond the smallest image that has a valid pixel. They are odd, so that rows begin at any place in a word. */
+typedef struct {
+    uint16_t disparities;  /* 0 for all that the gateware has. */
+    uint8_t  block_size;   /* 0 for the smallest, UINT8_MAX for the largest that the gateware has. */
+    uint8_t  columns;
+    uint8_t  rows;
+    uint32_t mask;         /* Bits of a pixel in use: few make many equal costs. */
+} case_t;
+
+static const case_t cases[] = {
+    {16, 0,         14, 6, 0xffffffff},
+    {32, 9,         11, 5, 0x03030303},
+    {0,  UINT8_MAX, 12, 4, 0xffffffff},
+};
+
+static int16_t  expected[MAX_PIXELS];
+static uint32_t scratch[SAD_SCRATCH_WORDS(1, MAX_PIXELS) + MAX_WIDTH];
+
+static frame_settings_t case_settings(const case_t *test, const device_info_t *info)
+{
+    frame_settings_t settings = {.disparities = test->disparities, .block_size = test->block_size};
+
+    if (settings.disparities == 0) {
+        settings.disparities = info->max_disparities;
+    }
+    if (settings.block_size == 0) {
+        settings.block_size = info->min_block_size;
+    } else if (settings.block_size == UINT8_MAX) {
+        settings.block_size = info->max_block_size;
+    }
+    settings.width  = settings.disparities + settings.block_size - 1 + test->columns;
+    settings.height = settings.block_size + test->rows;
+    return settings;
+}
+
+/* A texture on the left; the same on the right, shifted by another disparity in each row, and some noise. */
+static void draw_pair(const frame_t *frame, uint32_t mask)
+{
+    uint32_t  width  = frame->settings.width;
+    uint32_t  height = frame->settings.height;
+    uint32_t  noise  = 1;
+    uint8_t  *left   = frame_left(frame);
+    uint8_t  *right  = frame_right(frame);
+
+    pattern_fill(left, width * height, 1);
+    for (uint32_t i = 0; i < width * height; i++) {
+        left[i] &= (uint8_t)mask;
+    }
+    for (uint32_t y = 0; y < height; y++) {
+        uint32_t shift = y * 3 % frame->settings.disparities;
+
+        for (uint32_t x = 0; x < width; x++) {
+            noise = pattern_next(noise);
+            right[y * width + x] = left[y * width + (x + shift) % width] ^ (noise >> 31);
+        }
+    }
+}
+
+static bool compare(console_t *console, const frame_t *frame)
+{
+    const frame_settings_t *settings = &frame->settings;
+    uint32_t                pixels   = frame_pixels(frame);
+    const uint8_t          *map      = frame_map(frame);
+
+    sad_match(frame_left(frame), frame_right(frame), settings->width, settings->height, settings->disparities,
+        settings->block_size, expected, scratch);
+    for (uint32_t i = 0; i < pixels; i++) {
+        int16_t found;
+
+        memcpy(&found, map + 2 * i, sizeof(found));
+        if (found != expected[i]) {
+            console_printf(console, "selftest: FAILED at (%u, %u): %d instead of %d, %ux%u, %u disparities,"
+                " block size %u\n", (unsigned)(i % settings->width), (unsigned)(i / settings->width), found,
+                expected[i], settings->width, settings->height, settings->disparities, settings->block_size);
+            return false;
+        }
+    }
+    return true;
+}
+
+static bool run_case(console_t *console, const case_t *test, const frame_settings_t *settings)
+{
+    frame_t *frame;
+    bool     passed = false;
+
+    if (frame_pool_open(console->matcher->pool, FRAME_OWNER_CONSOLE, 0, settings, &frame) != STATUS_OK) {
+        console_printf(console, "selftest: refused: no slot is free\n");
+        return false;
+    }
+    draw_pair(frame, test->mask);
+    frame_fill(frame);
+    if (matcher_run(console->matcher, frame) == FRAME_DONE) {
+        passed = compare(console, frame);
+    } else {
+        print_failure(console, "selftest", frame);
+    }
+    frame_release(frame);
+    return passed;
+}
+
+static bool is_possible(const console_t *console, const frame_settings_t *settings)
+{
+    const device_info_t *info   = console->info;
+    uint32_t             pixels = (uint32_t)settings->width * settings->height;
+
+    return settings->disparities <= info->max_disparities && settings->block_size <= info->max_block_size
+        && settings->block_size >= info->min_block_size && settings->width <= info->max_width
+        && settings->width <= MAX_WIDTH && pixels <= MAX_PIXELS && pixels <= console->matcher->pool->max_pixels;
+}
+
+bool command_selftest(console_t *console, int argc, char **argv)
+{
+    unsigned done   = 0;
+    unsigned pixels = 0;
+
+    (void)argv;
+    if (argc != 1) {
+        return false;
+    }
+    for (size_t i = 0; i < sizeof(cases) / sizeof(cases[0]); i++) {
+        frame_settings_t settings = case_settings(&cases[i], console->info);
+
+        if (!is_possible(console, &settings)) {
+            continue;
+        }
+        if (!run_case(console, &cases[i], &settings)) {
+            return true;
+        }
+        done++;
+        pixels += (unsigned)settings.width * settings.height;
+    }
+    if (done == 0) {
+        console_printf(console, "selftest: FAILED: the device takes none of the cases\n");
+    } else {
+        console_printf(console, "selftest: passed, %u frames, %u pixels\n", done, pixels);
+    }
+    return true;
+}

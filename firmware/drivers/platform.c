@@ -1,0 +1,65 @@
+/*
+ * This file is part of LiteStereo.
+ *
+ * SPDX-License-Identifier: BSD-2-Clause
+ */
+
+#include "platform.h"
+
+#include <generated/mem.h>
+#include <irq.h>
+#include <system.h>
+
+#if !defined(CSR_TIMER0_UPTIME_CYCLES_ADDR)
+#error "The firmware needs timer0 with its uptime counter: build the SoC with timer_uptime=True."
+#endif
+
+/* First byte after the program, from the linker script. */
+extern uint8_t _end[];
+
+uint64_t clock_now(void)
+{
+    timer0_uptime_latch_write(1);
+    return timer0_uptime_cycles_read();
+}
+
+uint32_t clock_hz(void)
+{
+    return CONFIG_CLOCK_FREQUENCY;
+}
+
+static void compiler_barrier(void)
+{
+    __asm__ volatile("" ::: "memory");
+}
+
+void memory_to_device(void)
+{
+    compiler_barrier();
+#ifndef CONFIG_CPU_HAS_DMA_BUS
+    /* The CPU's data cache writes through; an L2 cache, if there is one, does not. */
+    flush_l2_cache();
+#endif
+}
+
+void memory_from_device(void)
+{
+#ifndef CONFIG_CPU_HAS_DMA_BUS
+    flush_cpu_dcache();
+    flush_l2_cache();
+#endif
+    compiler_barrier();
+}
+
+void platform_attach_stereo(void (*handler)(void))
+{
+    irq_attach(STEREO_INTERRUPT, handler);
+    irq_setmask(irq_getmask() | (1u << STEREO_INTERRUPT));
+    irq_setie(1);
+}
+
+void *platform_frame_memory(size_t *size)
+{
+    *size = MAIN_RAM_BASE + MAIN_RAM_SIZE - (uintptr_t)_end;
+    return _end;
+}

@@ -1,0 +1,221 @@
+/*
+ * This file is part of LiteStereo.
+ *
+ * SPDX-License-Identifier: BSD-2-Clause
+ */
+
+#include "litestereo/stereo.h"
+
+#include <stddef.h>
+
+#include "platform.h"
+
+#define CONTROL_START (1u << 0)
+#define CONTROL_ABORT (1u << 1)
+#define STATE_BUSY    (1u << 0)
+#define EVENT_DONE    (1u << 0)
+#define EVENT_ERROR   (1u << 1)
+
+/* The matcher takes a pixel per clock where memory keeps up. Sixteen clocks leave room for a slow and busy memory,
+ * the rest for what a frame costs beside its pixels. */
+#define BUDGET_PER_PIXEL 16u
+#define BUDGET_PER_FRAME 100000u
+
+/* Clocks in which an abort has to come through: the longest burst, many times over. */
+#define ABORT_BUDGET 100000u
+
+static bool is_busy(void)
+{
+    return (stereo_status_read() & STATE_BUSY) != 0;
+}
+
+static stereo_error_t read_error(void)
+{
+    return (stereo_error_t)((stereo_status_read() >> 8) & 0xf);
+}
+
+static void clear_events(stereo_t *stereo)
+{
+    stereo_ev_pending_write(EVENT_DONE | EVENT_ERROR);
+    stereo->event = false;
+}
+
+static bool capabilities_make_sense(const stereo_capabilities_t *can)
+{
+    return can->max_width > 0 && can->max_disparities >= 16 && can->max_disparities % 16 == 0
+        && can->min_block_size % 2 == 1 && can->max_block_size % 2 == 1
+        && can->min_block_size <= can->max_block_size
+        && can->dma_alignment > 0 && STEREO_MAX_ALIGNMENT % can->dma_alignment == 0;
+}
+
+status_t stereo_init(stereo_t *stereo)
+{
+    uint32_t block_sizes;
+    status_t status;
+
+    if (stereo == NULL) {
+        return STATUS_BAD_ARGUMENT;
+    }
+    block_sizes = stereo_block_sizes_read();
+    *stereo = (stereo_t){
+        .capabilities = {
+            .version         = (uint16_t)stereo_version_read(),
+            .max_width       = (uint16_t)stereo_max_width_read(),
+            .max_height      = UINT16_MAX,
+            .max_disparities = (uint16_t)stereo_max_disparities_read(),
+            .min_block_size  = (uint8_t)block_sizes,
+            .max_block_size  = (uint8_t)(block_sizes >> 8),
+            .features        = stereo_features_read(),
+            .dma_alignment   = stereo_dma_alignment_read(),
+        },
+    };
+    if (!capabilities_make_sense(&stereo->capabilities)) {
+        return STATUS_UNSUPPORTED;
+    }
+    status = stereo_abort(stereo);
+    stereo_ev_enable_write(EVENT_DONE | EVENT_ERROR);
+    return status;
+}
+
+const char *stereo_field_name(stereo_field_t field)
+{
+    static const char *const names[] = {
+        [STEREO_FIELD_NONE]        = "none",
+        [STEREO_FIELD_LEFT]        = "left",
+        [STEREO_FIELD_RIGHT]       = "right",
+        [STEREO_FIELD_MAP]         = "map",
+        [STEREO_FIELD_DISPARITIES] = "disparities",
+        [STEREO_FIELD_BLOCK_SIZE]  = "block_size",
+        [STEREO_FIELD_WIDTH]       = "width",
+        [STEREO_FIELD_HEIGHT]      = "height",
+    };
+
+    return names[field];
+}
+
+static bool is_aligned(const stereo_t *stereo, const uint8_t *address)
+{
+    return address != NULL && (uintptr_t)address % stereo->capabilities.dma_alignment == 0;
+}
+
+stereo_field_t stereo_check(const stereo_t *stereo, const stereo_job_t *job)
+{
+    const stereo_capabilities_t *can = &stereo->capabilities;
+
+    if (!is_aligned(stereo, job->left)) {
+        return STEREO_FIELD_LEFT;
+    }
+    if (!is_aligned(stereo, job->right)) {
+        return STEREO_FIELD_RIGHT;
+    }
+    if (!is_aligned(stereo, job->map)) {
+        return STEREO_FIELD_MAP;
+    }
+    if (job->disparities < 16 || job->disparities > can->max_disparities || job->disparities % 16 != 0) {
+        return STEREO_FIELD_DISPARITIES;
+    }
+    if (job->block_size < can->min_block_size || job->block_size > can->max_block_size || job->block_size % 2 == 0) {
+        return STEREO_FIELD_BLOCK_SIZE;
+    }
+    if (job->width > can->max_width || job->width < job->disparities + job->block_size - 1) {
+        return STEREO_FIELD_WIDTH;
+    }
+    if (job->height > can->max_height || job->height < job->block_size) {
+        return STEREO_FIELD_HEIGHT;
+    }
+    return STEREO_FIELD_NONE;
+}
+
+status_t stereo_submit(stereo_t *stereo, const stereo_job_t *job, uint64_t clock)
+{
+    if (stereo == NULL || job == NULL || stereo_check(stereo, job) != STEREO_FIELD_NONE) {
+        return STATUS_BAD_ARGUMENT;
+    }
+    /* The gateware may be busy with a job that the watchdog could not stop. */
+    if (stereo->busy || is_busy()) {
+        return STATUS_BUSY;
+    }
+    stereo_left_base_write((uint32_t)(uintptr_t)job->left);
+    stereo_right_base_write((uint32_t)(uintptr_t)job->right);
+    stereo_disparity_base_write((uint32_t)(uintptr_t)job->map);
+    stereo_width_write(job->width);
+    stereo_height_write(job->height);
+    stereo_disparities_write(job->disparities);
+    stereo_block_size_write(job->block_size);
+    clear_events(stereo);
+    memory_to_device();
+    stereo->busy    = true;
+    stereo->started = clock;
+    stereo->budget  = BUDGET_PER_FRAME + (uint64_t)BUDGET_PER_PIXEL * job->width * job->height;
+    stereo_control_write(CONTROL_START);
+    return STATUS_OK;
+}
+
+static status_t give_up(stereo_t *stereo, uint64_t clock, stereo_result_t *result)
+{
+    uint64_t waited = clock - stereo->started;
+
+    stereo->timeouts++;
+    stereo_abort(stereo);
+    result->error  = read_error();
+    result->clocks = waited < UINT32_MAX ? (uint32_t)waited : UINT32_MAX;
+    return STATUS_TIMEOUT;
+}
+
+status_t stereo_poll(stereo_t *stereo, uint64_t clock, stereo_result_t *result)
+{
+    bool late;
+
+    if (!stereo->busy) {
+        return STATUS_IDLE;
+    }
+    late = clock - stereo->started > stereo->budget;
+    if (!stereo->event && !late) {
+        return STATUS_BUSY;
+    }
+    *result = (stereo_result_t){0};
+    /* Late but not busy: the interrupt was lost, and the frame is there all the same. */
+    if (is_busy()) {
+        return late ? give_up(stereo, clock, result) : STATUS_BUSY;
+    }
+    stereo->busy  = false;
+    stereo->event = false;
+    result->error = read_error();
+    if (result->error != STEREO_ERROR_NONE) {
+        return STATUS_MATCHER;
+    }
+    result->clocks           = stereo_clocks_read();
+    result->first_row_clocks = stereo_first_row_clocks_read();
+    memory_from_device();
+    return STATUS_OK;
+}
+
+status_t stereo_abort(stereo_t *stereo)
+{
+    uint64_t begin = clock_now();
+
+    if (is_busy()) {
+        stereo_control_write(CONTROL_ABORT);
+    }
+    while (is_busy()) {
+        if (clock_now() - begin > ABORT_BUDGET) {
+            stereo->busy = false;
+            return STATUS_TIMEOUT;
+        }
+    }
+    stereo->busy = false;
+    clear_events(stereo);
+    return STATUS_OK;
+}
+
+void stereo_isr(stereo_t *stereo)
+{
+    uint32_t pending = stereo_ev_pending_read();
+
+    /* Cleared before anything else, so that what happens meanwhile is pending again. */
+    stereo_ev_pending_write(pending);
+    if (pending != 0) {
+        stereo->event = true;
+        stereo->interrupts++;
+    }
+}

@@ -1,0 +1,50 @@
+/*
+ * This file is part of LiteStereo.
+ *
+ * SPDX-License-Identifier: BSD-2-Clause
+ */
+
+/* Commands for people, on the same line as the link. */
+
+#ifndef LITESTEREO_CONSOLE_H
+#define LITESTEREO_CONSOLE_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "litestereo/matcher.h"
+#include "litestereo/session.h"
+
+/** Most characters of a line. */
+#define CONSOLE_LINE_SIZE 80u
+
+/** Most words of a command, its name included. */
+#define CONSOLE_WORDS 8
+
+/** The console. */
+typedef struct {
+    const device_info_t *info;     /**< What the device is. */
+    matcher_t           *matcher;  /**< What selftest and bench run on. */
+    counters_t          *counters; /**< What stats shows. */
+    void               (*write)(void *context, const uint8_t *bytes, size_t length);  /**< Sends text. */
+    void                *context;  /**< First argument of `write`. */
+    char                 line[CONSOLE_LINE_SIZE + 1];  /**< Line being typed. */
+    size_t               length;   /**< Characters of it. */
+    bool                 garbage;  /**< The line holds what nobody types, or is too long; it is thrown away. */
+    bool                 returned; /**< The last character was a carriage return. */
+} console_t;
+
+/** Greets and prompts. */
+void console_start(console_t *console);
+
+/** Takes what was typed; runs a command at the end of its line. */
+void console_receive(console_t *console, const uint8_t *text, size_t length);
+
+/** Prints as printf does, at most 200 characters; a newline goes out as carriage return and newline. */
+void console_printf(console_t *console, const char *format, ...) __attribute__((format(printf, 2, 3)));
+
+/** A command: its words are `argv`[0] to `argv`[`argc` - 1]; returns false to have its usage shown. */
+typedef bool (*console_command_t)(console_t *console, int argc, char **argv);
+
+#endif

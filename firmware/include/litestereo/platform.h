@@ -1,0 +1,33 @@
+/*
+ * This file is part of LiteStereo.
+ *
+ * SPDX-License-Identifier: BSD-2-Clause
+ */
+
+/* What the firmware needs of the SoC beside its peripherals. */
+
+#ifndef LITESTEREO_PLATFORM_H
+#define LITESTEREO_PLATFORM_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+/** Clocks since power-up. */
+uint64_t clock_now(void);
+
+/** Clocks in a second. */
+uint32_t clock_hz(void);
+
+/** Makes all that the CPU wrote visible to a peripheral that reads memory. */
+void memory_to_device(void);
+
+/** Makes all that a peripheral wrote in memory visible to the CPU. */
+void memory_from_device(void);
+
+/** Calls `handler` at each interrupt of the matcher from now on. */
+void platform_attach_stereo(void (*handler)(void));
+
+/** Memory between the program and the end of main RAM; writes its size in bytes to `size`. */
+void *platform_frame_memory(size_t *size);
+
+#endif

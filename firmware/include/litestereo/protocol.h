@@ -1,0 +1,91 @@
+/*
+ * This file is part of LiteStereo.
+ *
+ * SPDX-License-Identifier: BSD-2-Clause
+ */
+
+/* Numbers of the link protocol; docs/protocol.md says what they mean, and a test compares the two. */
+
+#ifndef LITESTEREO_PROTOCOL_H
+#define LITESTEREO_PROTOCOL_H
+
+#define PROTOCOL_MAGIC       0x534cu
+#define PROTOCOL_VERSION     1u
+#define PROTOCOL_CHUNK_SIZE  1024u
+#define PROTOCOL_HEADER_SIZE 24u
+#define PROTOCOL_CRC_SIZE    4u
+#define PROTOCOL_MESSAGE_MIN (PROTOCOL_HEADER_SIZE + PROTOCOL_CRC_SIZE)
+#define PROTOCOL_MESSAGE_MAX (PROTOCOL_MESSAGE_MIN + PROTOCOL_CHUNK_SIZE)
+#define PROTOCOL_REPLY_BIT   0x80u
+#define PROTOCOL_NO_OFFSET   0xffffffffu
+
+#define PROTOCOL_CAPABILITIES_SIZE 52u
+#define PROTOCOL_NAME_OFFSET       36u
+#define PROTOCOL_NAME_SIZE         16u
+#define PROTOCOL_STATUS_SIZE       16u
+#define PROTOCOL_ERROR_SIZE        8u
+#define PROTOCOL_PARAMETER_SIZE    8u
+
+/** Offset of each field of the header, in bytes. */
+enum protocol_header {
+    HEADER_MAGIC     = 0,
+    HEADER_VERSION   = 2,
+    HEADER_TYPE      = 3,
+    HEADER_SESSION   = 4,
+    HEADER_SEQUENCE  = 8,
+    HEADER_FRAME_ID  = 12,
+    HEADER_OFFSET    = 16,
+    HEADER_LENGTH    = 20,
+};
+
+/** Types of requests; a reply has PROTOCOL_REPLY_BIT set as well. */
+enum protocol_type {
+    TYPE_HELLO      = 0x01,
+    TYPE_CONFIGURE  = 0x02,
+    TYPE_OPEN       = 0x03,
+    TYPE_UPLOAD     = 0x04,
+    TYPE_START      = 0x05,
+    TYPE_STATUS     = 0x06,
+    TYPE_READ       = 0x07,
+    TYPE_RELEASE    = 0x08,
+    TYPE_STATISTICS = 0x09,
+    TYPE_BYE        = 0x0a,
+    TYPE_ERROR      = 0xff,
+};
+
+/** Numbers of the parameters of CONFIGURE. */
+enum protocol_parameter {
+    PARAMETER_DISPARITIES = 1,
+    PARAMETER_BLOCK_SIZE  = 2,
+};
+
+/** Codes of an ERROR reply. */
+enum protocol_error {
+    ERROR_NONE       = 0,
+    ERROR_VERSION    = 1,
+    ERROR_TYPE       = 2,
+    ERROR_SESSION    = 3,
+    ERROR_LENGTH     = 4,
+    ERROR_PARAMETER  = 5,
+    ERROR_RANGE      = 6,
+    ERROR_NO_SLOT    = 7,
+    ERROR_FRAME      = 8,
+    ERROR_STATE      = 9,
+    ERROR_OFFSET     = 10,
+    ERROR_INCOMPLETE = 11,
+    ERROR_SIZE       = 12,
+    ERROR_MATCHER    = 13,
+    ERROR_TIMEOUT    = 14,
+    ERROR_DUPLICATE  = 15,
+};
+
+/** Details of ERROR_SIZE. */
+enum protocol_size {
+    SIZE_TOO_WIDE   = 1,
+    SIZE_TOO_HIGH   = 2,
+    SIZE_TOO_LARGE  = 3,
+    SIZE_TOO_NARROW = 4,
+    SIZE_TOO_LOW    = 5,
+};
+
+#endif

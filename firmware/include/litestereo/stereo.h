@@ -1,0 +1,112 @@
+/*
+ * This file is part of LiteStereo.
+ *
+ * SPDX-License-Identifier: BSD-2-Clause
+ */
+
+/* Driver of the matcher. Works on one frame at a time; every wait in it is bounded. */
+
+#ifndef LITESTEREO_STEREO_H
+#define LITESTEREO_STEREO_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "litestereo/status.h"
+
+/** Largest DMA alignment that this firmware lays frames out for, in bytes. */
+#define STEREO_MAX_ALIGNMENT 64u
+
+/** What the gateware was built for. */
+typedef struct {
+    uint16_t version;          /**< Major x 256 + minor. */
+    uint16_t max_width;        /**< Pixels. */
+    uint16_t max_height;       /**< Pixels: what the register holds. */
+    uint16_t max_disparities;  /**< A multiple of 16. */
+    uint8_t  min_block_size;   /**< Pixels, odd. */
+    uint8_t  max_block_size;   /**< Pixels, odd. */
+    uint32_t features;         /**< Feature bits. */
+    uint32_t dma_alignment;    /**< Bytes, a power of two: of base addresses, and what a map is padded to. */
+} stereo_capabilities_t;
+
+/** One match. The bytes that pad the map to the DMA alignment are overwritten too. */
+typedef struct {
+    const uint8_t *left;         /**< width x height bytes, aligned. */
+    const uint8_t *right;        /**< width x height bytes, aligned. */
+    uint8_t       *map;          /**< width x height int16, aligned. */
+    uint16_t       width;        /**< Pixels, at least disparities + block_size - 1. */
+    uint16_t       height;       /**< Pixels, at least block_size. */
+    uint16_t       disparities;  /**< A multiple of 16, at least 16. */
+    uint8_t        block_size;   /**< Pixels, odd. */
+} stereo_job_t;
+
+/** The argument of a job that cannot be. */
+typedef enum {
+    STEREO_FIELD_NONE,
+    STEREO_FIELD_LEFT,
+    STEREO_FIELD_RIGHT,
+    STEREO_FIELD_MAP,
+    STEREO_FIELD_DISPARITIES,
+    STEREO_FIELD_BLOCK_SIZE,
+    STEREO_FIELD_WIDTH,
+    STEREO_FIELD_HEIGHT,
+} stereo_field_t;
+
+/** Error codes of the status register. */
+typedef enum {
+    STEREO_ERROR_NONE    = 0,  /**< The map is valid. */
+    STEREO_ERROR_CONFIG  = 1,  /**< The gateware refused the settings. */
+    STEREO_ERROR_BUS     = 2,  /**< A bus error while reading or writing memory. */
+    STEREO_ERROR_ABORTED = 3,  /**< Stopped by software. */
+} stereo_error_t;
+
+/** How a job ended. */
+typedef struct {
+    stereo_error_t error;             /**< The gateware's error code. */
+    uint32_t       clocks;            /**< Start to last write, or clocks waited in vain after STATUS_TIMEOUT. */
+    uint32_t       first_row_clocks;  /**< Start to the end of the map's first row. */
+} stereo_result_t;
+
+/** Handle of the matcher. */
+typedef struct {
+    stereo_capabilities_t capabilities;  /**< Read once by stereo_init. */
+    bool                  busy;          /**< A job was submitted and its end not seen yet. */
+    uint64_t              started;       /**< Clock when it was submitted. */
+    uint64_t              budget;        /**< Clocks that it may take. */
+    volatile bool         event;         /**< Set by the interrupt: something ended. */
+    volatile uint32_t     interrupts;    /**< Done and error interrupts taken. */
+    uint32_t              timeouts;      /**< Jobs stopped by the watchdog. */
+} stereo_t;
+
+/** Reads what the gateware can do, stops what may be running, and enables its interrupt.
+ *
+ * STATUS_UNSUPPORTED if the capabilities make no sense or ask for more than STEREO_MAX_ALIGNMENT.
+ */
+status_t stereo_init(stereo_t *stereo);
+
+/** Name of a field, as a message would give it. */
+const char *stereo_field_name(stereo_field_t field);
+
+/** First field of a job that the gateware cannot take, or STEREO_FIELD_NONE. */
+stereo_field_t stereo_check(const stereo_t *stereo, const stereo_job_t *job);
+
+/** Starts a job at time `clock`: STATUS_BAD_ARGUMENT if stereo_check minds, STATUS_BUSY while another runs. */
+status_t stereo_submit(stereo_t *stereo, const stereo_job_t *job, uint64_t clock);
+
+/** Asks for the end of the job that was submitted; to be called often, as it costs next to nothing.
+ *
+ * STATUS_OK      done, and the CPU sees the map
+ * STATUS_BUSY    not yet
+ * STATUS_MATCHER ended with `result->error`
+ * STATUS_TIMEOUT took too long and was stopped
+ * STATUS_IDLE    nothing was submitted
+ */
+status_t stereo_poll(stereo_t *stereo, uint64_t clock, stereo_result_t *result);
+
+/** Stops what runs and waits for it: STATUS_OK once idle, STATUS_TIMEOUT if the gateware does not stop. */
+status_t stereo_abort(stereo_t *stereo);
+
+/** Interrupt entry: to be attached to STEREO_INTERRUPT. */
+void stereo_isr(stereo_t *stereo);
+
+#endif

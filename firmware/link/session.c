@@ -1,0 +1,226 @@
+/*
+ * This file is part of LiteStereo.
+ *
+ * SPDX-License-Identifier: BSD-2-Clause
+ */
+
+#include "litestereo/session.h"
+
+#include <string.h>
+
+#include "exchange.h"
+#include "litestereo/bytes.h"
+
+#define ANY_LENGTH 0xffffffffu
+
+/* How each type of request is served; a type without a handler is unknown. */
+static const struct {
+    void   (*handle)(session_t *session, exchange_t *exchange);
+    uint32_t length;  /* Bytes of payload, or ANY_LENGTH where the handler judges. */
+} requests[] = {
+    [TYPE_HELLO]      = {session_hello, 4},
+    [TYPE_CONFIGURE]  = {session_configure, ANY_LENGTH},
+    [TYPE_OPEN]       = {session_open, 4},
+    [TYPE_UPLOAD]     = {session_upload, ANY_LENGTH},
+    [TYPE_START]      = {session_start, 0},
+    [TYPE_STATUS]     = {session_status, 0},
+    [TYPE_READ]       = {session_read, 4},
+    [TYPE_RELEASE]    = {session_release, 0},
+    [TYPE_STATISTICS] = {session_statistics, 0},
+    [TYPE_BYE]        = {session_bye, 0},
+};
+
+static void set_defaults(session_t *session)
+{
+    session->disparities = session->info->max_disparities;
+    session->block_size  = session->info->max_block_size < 9 ? session->info->max_block_size : 9;
+}
+
+void session_init(session_t *session, const device_info_t *info, frame_pool_t *pool, counters_t *counters,
+    session_stop_t stop, void *context)
+{
+    *session = (session_t){
+        .info     = info,
+        .pool     = pool,
+        .counters = counters,
+        .stop     = stop,
+        .context  = context,
+        .random   = 1,
+    };
+    set_defaults(session);
+}
+
+/* Xorshift32, stirred; a token has to differ from those of other boots, not to withstand guessing. */
+static uint32_t draw_token(session_t *session, uint32_t stir)
+{
+    uint32_t token;
+
+    do {
+        session->random ^= stir;
+        session->random += session->random == 0;
+        session->random ^= session->random << 13;
+        session->random ^= session->random >> 17;
+        session->random ^= session->random << 5;
+        token = session->random;
+        stir  = 0;
+    } while (token == 0 || token == session->token);
+    return token;
+}
+
+static void put_capabilities(const session_t *session, uint8_t *payload)
+{
+    const device_info_t *info = session->info;
+
+    memset(payload, 0, PROTOCOL_CAPABILITIES_SIZE);
+    put_u32(payload + 0, session->token);
+    put_u32(payload + 4, session->nonce);
+    put_u16(payload + 8, info->gateware_version);
+    put_u16(payload + 10, info->firmware_version);
+    put_u16(payload + 12, info->max_width);
+    put_u16(payload + 14, info->max_height);
+    put_u16(payload + 16, info->max_disparities);
+    payload[18] = info->min_block_size;
+    payload[19] = info->max_block_size;
+    put_u32(payload + 20, info->features);
+    put_u32(payload + 24, session->pool->max_pixels);
+    put_u16(payload + 28, session->pool->slots);
+    put_u16(payload + 30, PROTOCOL_CHUNK_SIZE);
+    put_u32(payload + 32, info->sys_clk_hz);
+    for (unsigned i = 0; i < PROTOCOL_NAME_SIZE && info->name[i] != 0; i++) {
+        payload[PROTOCOL_NAME_OFFSET + i] = (uint8_t)info->name[i];
+    }
+}
+
+void session_hello(session_t *session, exchange_t *exchange)
+{
+    uint32_t nonce = get_u32(exchange->request->payload);
+
+    if (!session->open || !session->fresh || session->nonce != nonce) {
+        session_free_all(session, COUNTER_FRAMES_RECLAIMED);
+        session->token = draw_token(session, exchange->clock ^ nonce);
+        session->nonce = nonce;
+        session->open  = true;
+        session->fresh = true;
+        set_defaults(session);
+        count(session->counters, COUNTER_SESSIONS);
+    }
+    put_capabilities(session, exchange->payload);
+    exchange->length = PROTOCOL_CAPABILITIES_SIZE;
+}
+
+static bool value_allowed(const session_t *session, uint16_t parameter, int32_t value)
+{
+    const device_info_t *info = session->info;
+
+    if (parameter == PARAMETER_DISPARITIES) {
+        return value >= 16 && value <= info->max_disparities && value % 16 == 0;
+    }
+    return value >= info->min_block_size && value <= info->max_block_size && value % 2 == 1;
+}
+
+void session_configure(session_t *session, exchange_t *exchange)
+{
+    const message_t *request = exchange->request;
+    const uint8_t   *end     = request->payload + request->length;
+
+    if (request->length % PROTOCOL_PARAMETER_SIZE != 0) {
+        refuse(exchange, ERROR_LENGTH, request->length / PROTOCOL_PARAMETER_SIZE * PROTOCOL_PARAMETER_SIZE);
+        return;
+    }
+    for (const uint8_t *entry = request->payload; entry < end; entry += PROTOCOL_PARAMETER_SIZE) {
+        uint16_t parameter = get_u16(entry);
+
+        if (parameter != PARAMETER_DISPARITIES && parameter != PARAMETER_BLOCK_SIZE) {
+            refuse(exchange, ERROR_PARAMETER, parameter);
+            return;
+        }
+        if (!value_allowed(session, parameter, (int32_t)get_u32(entry + 4))) {
+            refuse(exchange, ERROR_RANGE, parameter);
+            return;
+        }
+    }
+    for (const uint8_t *entry = request->payload; entry < end; entry += PROTOCOL_PARAMETER_SIZE) {
+        if (get_u16(entry) == PARAMETER_DISPARITIES) {
+            session->disparities = (uint16_t)get_u32(entry + 4);
+        } else {
+            session->block_size = (uint8_t)get_u32(entry + 4);
+        }
+    }
+}
+
+void session_statistics(session_t *session, exchange_t *exchange)
+{
+    for (unsigned i = 0; i < COUNTERS; i++) {
+        put_u32(exchange->payload + 4 * i, session->counters->value[i]);
+    }
+    exchange->length = 4 * COUNTERS;
+}
+
+void session_bye(session_t *session, exchange_t *exchange)
+{
+    (void)exchange;
+    session_free_all(session, COUNTER_FRAMES_RELEASED);
+    session->open = false;
+}
+
+static void serve(session_t *session, exchange_t *exchange)
+{
+    const message_t *request = exchange->request;
+
+    if (request->version != PROTOCOL_VERSION) {
+        refuse(exchange, ERROR_VERSION, PROTOCOL_VERSION);
+        return;
+    }
+    if (request->type >= sizeof(requests) / sizeof(requests[0]) || requests[request->type].handle == NULL) {
+        refuse(exchange, ERROR_TYPE, request->type);
+        return;
+    }
+    if (request->type != TYPE_HELLO) {
+        /* A bye that comes again finds its session closed, and is answered all the same. */
+        bool known = session->token != 0 && request->session == session->token;
+
+        if (!known || (!session->open && request->type != TYPE_BYE)) {
+            refuse(exchange, ERROR_SESSION, 0);
+            return;
+        }
+        session->fresh = false;
+    }
+    if (requests[request->type].length != ANY_LENGTH && request->length != requests[request->type].length) {
+        refuse(exchange, ERROR_LENGTH, requests[request->type].length);
+        return;
+    }
+    requests[request->type].handle(session, exchange);
+}
+
+bool session_handle(session_t *session, uint32_t clock, const message_t *request, message_t *reply, uint8_t *payload)
+{
+    exchange_t exchange = {.request = request, .payload = payload, .clock = clock};
+
+    if ((request->type & PROTOCOL_REPLY_BIT) != 0) {
+        count(session->counters, COUNTER_HEADER_ERRORS);
+        return false;
+    }
+    count(session->counters, COUNTER_MESSAGES_RECEIVED);
+    serve(session, &exchange);
+    *reply = (message_t){
+        .version  = PROTOCOL_VERSION,
+        .type     = request->type | PROTOCOL_REPLY_BIT,
+        .session  = request->session,
+        .sequence = request->sequence,
+        .frame_id = request->frame_id,
+        .offset   = request->offset,
+        .length   = exchange.length,
+        .payload  = payload,
+    };
+    if (exchange.error != ERROR_NONE) {
+        count(session->counters, COUNTER_REQUESTS_REFUSED);
+        reply->type   = TYPE_ERROR;
+        reply->length = PROTOCOL_ERROR_SIZE;
+        put_u16(payload, exchange.error);
+        payload[2] = request->type;
+        payload[3] = 0;
+        put_u32(payload + 4, exchange.detail);
+    }
+    count(session->counters, COUNTER_MESSAGES_SENT);
+    return true;
+}

@@ -1,0 +1,126 @@
+/*
+ * This file is part of LiteStereo.
+ *
+ * SPDX-License-Identifier: BSD-2-Clause
+ */
+
+#include "fake_stereo.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "app/sad.h"
+#include "generated/csr.h"
+
+enum { CODE_NONE, CODE_CONFIG, CODE_BUS, CODE_ABORTED };
+enum { EVENT_DONE = 1, EVENT_ERROR = 2 };
+
+fake_stereo_t fake_stereo = {
+    .max_width        = 1024,
+    .max_disparities  = 64,
+    .max_block_size   = 21,
+    .clocks_per_pixel = 1,
+};
+
+static struct {
+    uint32_t left, right, map, width, height, disparities, block_size;
+    bool     busy;
+    uint32_t code, clocks, first_row_clocks, frames, pending, enable;
+    uint64_t ready;
+    int16_t *result;
+    void   (*handler)(void);
+} regs;
+
+static void *memory_at(uint32_t address)
+{
+    return (void *)(uintptr_t)address;
+}
+
+static uint32_t map_size(void)
+{
+    return 2 * regs.width * regs.height;
+}
+
+static void end(uint32_t code)
+{
+    if (code == CODE_NONE) {
+        memcpy(memory_at(regs.map), regs.result, map_size());
+        regs.frames++;
+    }
+    free(regs.result);
+    regs.result   = NULL;
+    regs.busy     = false;
+    regs.code     = code;
+    regs.pending |= code == CODE_NONE ? EVENT_DONE : EVENT_ERROR;
+}
+
+static void start(void)
+{
+    uint32_t *scratch;
+
+    if (regs.busy) {
+        return;
+    }
+    regs.busy             = true;
+    regs.clocks           = regs.width * regs.height * fake_stereo.clocks_per_pixel;
+    regs.first_row_clocks = regs.width * (regs.block_size / 2 + 1) * fake_stereo.clocks_per_pixel;
+    regs.ready            = fake_stereo.clock() + regs.clocks;
+    if (regs.disparities > fake_stereo.max_disparities || regs.width > fake_stereo.max_width
+        || regs.block_size > fake_stereo.max_block_size) {
+        end(CODE_CONFIG);
+        return;
+    }
+    /* The images are read now and the map is written at the end, as the firmware must allow for. */
+    regs.result = malloc(map_size());
+    scratch     = malloc(4 * SAD_SCRATCH_WORDS(regs.width, regs.height));
+    sad_match(memory_at(regs.left), memory_at(regs.right), regs.width, regs.height, regs.disparities,
+        regs.block_size, regs.result, scratch);
+    free(scratch);
+}
+
+void fake_stereo_attach(void (*handler)(void))
+{
+    regs.handler = handler;
+}
+
+void fake_stereo_advance(void)
+{
+    if (regs.busy && !fake_stereo.hang && fake_stereo.clock() >= regs.ready) {
+        end(fake_stereo.bus_error ? CODE_BUS : CODE_NONE);
+    }
+    if ((regs.pending & regs.enable) != 0 && regs.handler != NULL) {
+        regs.handler();
+    }
+}
+
+void stereo_control_write(uint8_t value)
+{
+    if ((value & 1) != 0) {
+        start();
+    }
+    if ((value & 2) != 0 && regs.busy) {
+        end(CODE_ABORTED);
+    }
+}
+
+void stereo_left_base_write(uint32_t value)      { regs.left = value; }
+void stereo_right_base_write(uint32_t value)     { regs.right = value; }
+void stereo_disparity_base_write(uint32_t value) { regs.map = value; }
+void stereo_width_write(uint16_t value)          { regs.width = value; }
+void stereo_height_write(uint16_t value)         { regs.height = value; }
+void stereo_disparities_write(uint16_t value)    { regs.disparities = value; }
+void stereo_block_size_write(uint8_t value)      { regs.block_size = value; }
+void stereo_ev_pending_write(uint32_t value)     { regs.pending &= ~value; }
+void stereo_ev_enable_write(uint32_t value)      { regs.enable = value; }
+
+uint32_t stereo_status_read(void)           { return regs.busy | regs.code << 8; }
+uint32_t stereo_clocks_read(void)           { return regs.clocks; }
+uint32_t stereo_first_row_clocks_read(void) { return regs.first_row_clocks; }
+uint32_t stereo_frames_read(void)           { return regs.frames; }
+uint32_t stereo_version_read(void)          { return 0x0001; }
+uint32_t stereo_max_width_read(void)        { return fake_stereo.max_width; }
+uint32_t stereo_max_disparities_read(void)  { return fake_stereo.max_disparities; }
+uint32_t stereo_block_sizes_read(void)      { return 5 | fake_stereo.max_block_size << 8; }
+uint32_t stereo_features_read(void)         { return 0; }
+uint32_t stereo_dma_alignment_read(void)    { return 16; }
+uint32_t stereo_ev_pending_read(void)       { return regs.pending; }

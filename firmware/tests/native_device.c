@@ -1,0 +1,329 @@
+/*
+ * This file is part of LiteStereo.
+ *
+ * SPDX-License-Identifier: BSD-2-Clause
+ */
+
+/* The firmware as a program of this computer: a fake accelerator, and a TCP port in place of the serial line. */
+
+#define _DEFAULT_SOURCE
+
+#include <arpa/inet.h>
+#include <errno.h>
+#include <fcntl.h>
+#include <getopt.h>
+#include <netinet/tcp.h>
+#include <poll.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/mman.h>
+#include <sys/socket.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "app/app.h"
+#include "fake_stereo.h"
+#include "generated/csr.h"
+#include "libbase/uart.h"
+#include "litestereo/platform.h"
+
+/* Where the frame memory lies: registers hold 32-bit addresses, so it has to be below 4 GiB. */
+#define MEMORY_BASE 0x40000000u
+
+static struct {
+    app_t    app;
+    uint8_t *memory;
+    size_t   memory_size;
+    uint32_t clock_hz;
+    int      listener;
+    int      client;  /* -1 while nobody is connected. */
+    uint8_t  in[65536];
+    size_t   in_length, in_used;
+    uint8_t  out[65536];
+    size_t   out_length;
+} device = {.memory_size = 16 << 20, .clock_hz = 100000000, .client = -1};
+
+static volatile sig_atomic_t stopping;
+
+static void stop(int signal)
+{
+    (void)signal;
+    stopping = 1;
+}
+
+static void fail(const char *what)
+{
+    perror(what);
+    exit(1);
+}
+
+/* Time. */
+
+static uint64_t real_clock(void)
+{
+    struct timespec now;
+
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return (uint64_t)now.tv_sec * device.clock_hz + (uint64_t)now.tv_nsec * device.clock_hz / 1000000000;
+}
+
+uint64_t clock_now(void)
+{
+    fake_stereo_advance();
+    return real_clock();
+}
+
+uint32_t clock_hz(void)
+{
+    return device.clock_hz;
+}
+
+/* Memory. */
+
+void memory_to_device(void)
+{
+}
+
+void memory_from_device(void)
+{
+}
+
+void *platform_frame_memory(size_t *size)
+{
+    *size = device.memory_size;
+    return device.memory;
+}
+
+void platform_attach_stereo(void (*handler)(void))
+{
+    fake_stereo_attach(handler);
+}
+
+static void handle_interrupt(void)
+{
+    stereo_isr(&device.app.stereo);
+}
+
+/* The line. */
+
+static void hang_up(void)
+{
+    if (device.client >= 0) {
+        close(device.client);
+    }
+    device.client     = -1;
+    device.in_length  = 0;
+    device.in_used    = 0;
+    device.out_length = 0;
+}
+
+static void flush_out(void)
+{
+    size_t sent = 0;
+
+    while (sent < device.out_length && device.client >= 0 && !stopping) {
+        ssize_t n = send(device.client, device.out + sent, device.out_length - sent, MSG_NOSIGNAL);
+
+        if (n > 0) {
+            sent += (size_t)n;
+        } else if (n < 0 && (errno == EAGAIN || errno == EINTR)) {
+            poll(&(struct pollfd){.fd = device.client, .events = POLLOUT}, 1, 100);
+        } else {
+            hang_up();
+        }
+    }
+    device.out_length = 0;
+}
+
+static void fetch(void)
+{
+    ssize_t n;
+
+    if (device.in_used < device.in_length || device.client < 0) {
+        return;
+    }
+    n = recv(device.client, device.in, sizeof(device.in), 0);
+    device.in_used   = 0;
+    device.in_length = n > 0 ? (size_t)n : 0;
+    if (n == 0 || (n < 0 && errno != EAGAIN && errno != EINTR)) {
+        hang_up();
+    }
+}
+
+uint32_t uart_rxempty_read(void)
+{
+    fetch();
+    return device.in_used == device.in_length;
+}
+
+uint32_t uart_rxfull_read(void)
+{
+    return device.in_length - device.in_used >= 256;
+}
+
+uint32_t uart_rxtx_read(void)
+{
+    return device.in_used < device.in_length ? device.in[device.in_used] : 0;
+}
+
+void uart_ev_pending_write(uint32_t value)
+{
+    if ((value & UART_EV_RX) != 0 && device.in_used < device.in_length) {
+        device.in_used++;
+    }
+}
+
+void uart_rxtx_write(uint32_t value)
+{
+    if (device.client < 0) {
+        return;
+    }
+    device.out[device.out_length++] = (uint8_t)value;
+    if (device.out_length == sizeof(device.out)) {
+        flush_out();
+    }
+}
+
+uint32_t uart_txempty_read(void)
+{
+    return 1;
+}
+
+uint32_t uart_txfull_read(void)
+{
+    return 0;
+}
+
+void uart_ev_enable_write(uint32_t value)
+{
+    (void)value;
+}
+
+/* The program. */
+
+static void listen_on(uint16_t port)
+{
+    struct sockaddr_in address = {
+        .sin_family = AF_INET,
+        .sin_port   = htons(port),
+        .sin_addr   = {htonl(INADDR_LOOPBACK)},
+    };
+    socklen_t length = sizeof(address);
+    int       on     = 1;
+
+    device.listener = socket(AF_INET, SOCK_STREAM, 0);
+    setsockopt(device.listener, SOL_SOCKET, SO_REUSEADDR, &on, sizeof(on));
+    if (bind(device.listener, (struct sockaddr *)&address, length) != 0 || listen(device.listener, 4) != 0) {
+        fail("listen");
+    }
+    getsockname(device.listener, (struct sockaddr *)&address, &length);
+    printf("listening on 127.0.0.1:%u\n", ntohs(address.sin_port));
+    fflush(stdout);
+}
+
+static void accept_client(void)
+{
+    int on = 1;
+
+    device.client = accept(device.listener, NULL, NULL);
+    if (device.client >= 0) {
+        fcntl(device.client, F_SETFL, O_NONBLOCK);
+        setsockopt(device.client, IPPROTO_TCP, TCP_NODELAY, &on, sizeof(on));
+    }
+}
+
+/* Sleeps until there is something to do, but not for long: a match may end. */
+static void wait_for_work(void)
+{
+    struct pollfd wait = {.fd = device.client >= 0 ? device.client : device.listener, .events = POLLIN};
+
+    if (device.in_used < device.in_length) {
+        return;
+    }
+    if (poll(&wait, 1, 1) > 0 && device.client < 0) {
+        accept_client();
+    }
+}
+
+static void usage(void)
+{
+    fprintf(stderr,
+        "usage: native_device [options]\n"
+        "  --port N              TCP port of 127.0.0.1, 0 picks one (default: 0)\n"
+        "  --memory BYTES        memory for frames (default: 16777216)\n"
+        "  --clock-hz N          simulated clock (default: 100000000)\n"
+        "  --clocks-per-pixel N  simulated speed of the matcher (default: 1)\n"
+        "  --max-width N         widest image (default: 1024)\n"
+        "  --max-disparities N   built number of disparities (default: 64)\n"
+        "  --max-block-size N    built largest block size (default: 21)\n"
+        "  --hang-matcher        never finish a frame\n"
+        "  --bus-error           end every frame with a bus error\n");
+    exit(2);
+}
+
+static uint16_t parse_options(int argc, char **argv)
+{
+    enum { PORT, MEMORY, CLOCK_HZ, CLOCKS_PER_PIXEL, MAX_WIDTH, MAX_DISPARITIES, MAX_BLOCK_SIZE, HANG, BUS_ERROR };
+    static const struct option options[] = {
+        {"port",             required_argument, NULL, PORT},
+        {"memory",           required_argument, NULL, MEMORY},
+        {"clock-hz",         required_argument, NULL, CLOCK_HZ},
+        {"clocks-per-pixel", required_argument, NULL, CLOCKS_PER_PIXEL},
+        {"max-width",        required_argument, NULL, MAX_WIDTH},
+        {"max-disparities",  required_argument, NULL, MAX_DISPARITIES},
+        {"max-block-size",   required_argument, NULL, MAX_BLOCK_SIZE},
+        {"hang-matcher",     no_argument,       NULL, HANG},
+        {"bus-error",        no_argument,       NULL, BUS_ERROR},
+        {NULL, 0, NULL, 0},
+    };
+    uint16_t port = 0;
+    int      option;
+
+    while ((option = getopt_long(argc, argv, "", options, NULL)) != -1) {
+        unsigned long value = optarg != NULL ? strtoul(optarg, NULL, 0) : 0;
+
+        switch (option) {
+        case PORT:             port = (uint16_t)value; break;
+        case MEMORY:           device.memory_size = value; break;
+        case CLOCK_HZ:         device.clock_hz = (uint32_t)value; break;
+        case CLOCKS_PER_PIXEL: fake_stereo.clocks_per_pixel = (uint32_t)value; break;
+        case MAX_WIDTH:        fake_stereo.max_width = (uint16_t)value; break;
+        case MAX_DISPARITIES:  fake_stereo.max_disparities = (uint16_t)value; break;
+        case MAX_BLOCK_SIZE:   fake_stereo.max_block_size = (uint8_t)value; break;
+        case HANG:             fake_stereo.hang = true; break;
+        case BUS_ERROR:        fake_stereo.bus_error = true; break;
+        default:               usage();
+        }
+    }
+    return port;
+}
+
+int main(int argc, char **argv)
+{
+    struct sigaction on_term = {.sa_handler = stop};
+    uint16_t         port    = parse_options(argc, argv);
+
+    sigaction(SIGTERM, &on_term, NULL);
+    sigaction(SIGINT, &on_term, NULL);
+    device.memory = mmap((void *)(uintptr_t)MEMORY_BASE, device.memory_size, PROT_READ | PROT_WRITE,
+        MAP_PRIVATE | MAP_ANONYMOUS | MAP_FIXED_NOREPLACE, -1, 0);
+    if (device.memory == MAP_FAILED) {
+        fail("mmap");
+    }
+    fake_stereo.clock = real_clock;
+    if (app_init(&device.app) != STATUS_OK) {
+        fprintf(stderr, "the firmware does not start with these options\n");
+        return 1;
+    }
+    platform_attach_stereo(handle_interrupt);
+    listen_on(port);
+    while (!stopping) {
+        wait_for_work();
+        app_poll(&device.app);
+        flush_out();
+    }
+    hang_up();
+    return 0;
+}

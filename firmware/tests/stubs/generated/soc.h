@@ -1,0 +1,15 @@
+/*
+ * This file is part of LiteStereo.
+ *
+ * SPDX-License-Identifier: BSD-2-Clause
+ */
+
+/* Stands in for the header that LiteX generates. */
+
+#ifndef STUB_GENERATED_SOC_H
+#define STUB_GENERATED_SOC_H
+
+#define UART_RX_FIFO_DEPTH 256
+#define UART_TX_FIFO_DEPTH 16
+
+#endif
