@@ -37,17 +37,38 @@ class MapWriter(LiteXModule):
         self.writer = writer = MemoryWriter(port, fifo_depth=max(4, burst))
         self.comb += self.error.eq(writer.error)
 
-        # Disparities to words.
-        # ---------------------
-        self.pack = pack = ResetInserter()(stream.Converter(DISPARITY_BITS, port.data_width))
+        # Disparities to words. (LiteX's Converter would do, but its mark `last` outlives a reset.)
+        # -----------------------------------------------------------------------------------------
         self.fifo = fifo = ResetInserter()(stream.SyncFIFO([("data", port.data_width)], 2*burst))
-        running = Signal()
+        lanes     = port.data_width//DISPARITY_BITS
+        running   = Signal()
+        word      = Signal(port.data_width)
+        lane      = Signal(max=max(lanes, 2))
+        full      = Signal()
+        last_word = Signal()
         self.comb += [
-            self.sink.connect(pack.sink, omit={"disparity", "ready", "valid"}),
-            pack.sink.data.eq(self.sink.disparity),
-            pack.sink.valid.eq(self.sink.valid & running),
-            self.sink.ready.eq(pack.sink.ready & running),
-            pack.source.connect(fifo.sink, keep={"data", "valid", "ready", "last"}),
+            self.sink.ready.eq(running & (~full | fifo.sink.ready)),
+            fifo.sink.valid.eq(full),
+            fifo.sink.data.eq(word),
+            fifo.sink.last.eq(last_word),
+        ]
+        self.sync += [
+            If(fifo.sink.ready,
+                full.eq(0)
+            ),
+            If(self.sink.valid & self.sink.ready,
+                Case(lane, {n: part.eq(self.sink.disparity) for n, part in enumerate(lanes_of(word, lanes))}),
+                lane.eq(lane + 1),
+                If((lane == lanes - 1) | self.sink.last,
+                    lane.eq(0),
+                    full.eq(1),
+                    last_word.eq(self.sink.last)
+                )
+            ),
+            If(~running,
+                lane.eq(0),
+                full.eq(0)
+            ),
         ]
 
         # Words to memory: a burst when one is complete, or when the map is.
@@ -70,7 +91,6 @@ class MapWriter(LiteXModule):
         self.comb += [
             self.idle.eq(fsm.ongoing("IDLE")),
             running.eq(fsm.ongoing("COLLECT") | fsm.ongoing("BURST")),
-            pack.reset.eq(~running),
             fifo.reset.eq(fsm.ongoing("IDLE") | fsm.ongoing("DRAIN")),
         ]
         self.sync += [

@@ -27,7 +27,7 @@ TOOLS          = {"verilator": "verilator", "riscv64-unknown-elf-gcc": "gcc-risc
 MATCHER = {"max_width": 640, "disparities": 64, "max_block_size": 15}
 
 
-class SimulationError(Exception):
+class SimulationError(RuntimeError):
     """The simulation could not be built or started; the message says why and what to do."""
 
 

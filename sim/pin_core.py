@@ -51,10 +51,11 @@ class PinCore:
     def __init__(self, core: LiteXModule, inputs: Mapping[str, Signal], outputs: Mapping[str, Signal]) -> None:
         top = PortsTop(core)
         for name, signal in inputs.items():
-            top.comb += signal.eq(top.port(name, len(signal)))
+            top.comb += signal.eq(top.port(f"pin_{name}", len(signal)))
         for name, signal in outputs.items():
-            top.comb += top.port(name, len(signal)).eq(signal)
-        widths       = {"sys_rst": 1} | {name: len(signal) for name, signal in [*inputs.items(), *outputs.items()]}
+            top.comb += top.port(f"pin_{name}", len(signal)).eq(signal)
+        pins         = {f"pin_{name}": len(signal) for name, signal in [*inputs.items(), *outputs.items()]}
+        widths       = {"sys_rst": 1} | pins
         self._ports  = {name: index for index, name in enumerate(widths)}
         self._words  = {name: (ctypes.c_uint32*-(-bits//32))() for name, bits in widths.items()}
         library      = ctypes.CDLL(str(build_library(top, ports_header(widths), "pin_bench.cpp")))
@@ -66,16 +67,19 @@ class PinCore:
     def set(self, **values: int) -> None:
         """Drive inputs, by name; they take effect at once."""
         for name, value in values.items():
-            words = self._words[name]
-            for index in range(len(words)):
-                words[index] = value >> 32*index & 0xffffffff
-            self._library.core_set(self._core, self._ports[name], words)
+            self._drive(f"pin_{name}", value)
         self._library.core_eval(self._core)
+
+    def _drive(self, port: str, value: int) -> None:
+        words = self._words[port]
+        for index in range(len(words)):
+            words[index] = value >> 32*index & 0xffffffff
+        self._library.core_set(self._core, self._ports[port], words)
 
     def get(self, name: str) -> int:
         """Value of an output."""
-        words = self._words[name]
-        self._library.core_get(self._core, self._ports[name], words)
+        words = self._words[f"pin_{name}"]
+        self._library.core_get(self._core, self._ports[f"pin_{name}"], words)
         return sum(word << 32*index for index, word in enumerate(words))
 
     def clock(self) -> None:
@@ -84,9 +88,10 @@ class PinCore:
 
     def reset(self) -> None:
         """One clock of reset."""
-        self.set(sys_rst=1)
+        self._drive("sys_rst", 1)
         self.clock()
-        self.set(sys_rst=0)
+        self._drive("sys_rst", 0)
+        self._library.core_eval(self._core)
 
     def close(self) -> None:
         """Free the model."""

@@ -1,0 +1,139 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""A memory behind the ports of a core in Verilator, which takes its time and checks the manners of its masters."""
+
+from __future__ import annotations
+
+import random
+from collections import deque
+
+from litedram.common import LiteDRAMNativePort
+from litex.soc.interconnect import wishbone
+
+
+def port_pins(prefix: str, port) -> tuple[dict, dict]:
+    """Inputs and outputs of a core for one memory port, by the names that the memory models use."""
+    if isinstance(port, wishbone.Interface):
+        return ({f"{prefix}_{name}": getattr(port, name) for name in ("dat_r", "ack", "err")},
+                {f"{prefix}_{name}": getattr(port, name) for name in ("adr", "dat_w", "sel", "cyc", "stb", "we")})
+    assert isinstance(port, LiteDRAMNativePort)
+    return ({f"{prefix}_cmd_ready": port.cmd.ready, f"{prefix}_wdata_ready": port.wdata.ready,
+             f"{prefix}_rdata_valid": port.rdata.valid, f"{prefix}_rdata_data": port.rdata.data},
+            {f"{prefix}_cmd_valid": port.cmd.valid, f"{prefix}_cmd_we": port.cmd.we, f"{prefix}_cmd_addr": port.cmd.addr,
+             f"{prefix}_wdata_valid": port.wdata.valid, f"{prefix}_wdata_data": port.wdata.data,
+             f"{prefix}_wdata_we": port.wdata.we, f"{prefix}_rdata_ready": port.rdata.ready})
+
+
+class Memory:
+    """Bytes, and a record of which words were touched.
+
+    `speed` is the chance per clock that the memory moves on: 1.0 never waits.
+    """
+    def __init__(self, size: int, word_bytes: int, rng: random.Random, speed: float = 1.0) -> None:
+        self.bytes      = bytearray(rng.randbytes(size))
+        self.word_bytes = word_bytes
+        self.rng        = rng
+        self.speed      = speed
+        self.fail_after = None  #: accesses until one is answered with an error; None: never
+        self.reads:  list[int] = []
+        self.writes: list[int] = []
+
+    def goes(self) -> bool:
+        """Whether the memory moves on in this clock."""
+        return self.rng.random() < self.speed
+
+    def fails(self) -> bool:
+        """Whether this access is to fail."""
+        if self.fail_after is None:
+            return False
+        self.fail_after -= 1
+        return self.fail_after < 0
+
+    def read(self, word: int) -> int:
+        """A word; addresses beyond the end wrap, as the address bits of a real memory do."""
+        start = word*self.word_bytes % len(self.bytes)
+        self.reads.append(start)
+        return int.from_bytes(self.bytes[start:start + self.word_bytes], "little")
+
+    def write(self, word: int, value: int) -> None:
+        """Write a whole word."""
+        start = word*self.word_bytes % len(self.bytes)
+        self.writes.append(start)
+        self.bytes[start:start + self.word_bytes] = value.to_bytes(self.word_bytes, "little")
+
+
+class WishboneSlave:
+    """Answers a Wishbone master. Classic cycles: an access, once begun, stays until it is answered."""
+    def __init__(self, core, prefix: str, memory: Memory) -> None:
+        self.core, self.prefix, self.memory = core, prefix, memory
+        self.open: tuple[int, int] | None = None
+
+    def reset(self) -> None:
+        """Forget an access that a reset has cut off."""
+        self.open = None
+
+    def step(self) -> None:
+        """Before each rising edge: answer, or not yet."""
+        get     = lambda name: self.core.get(f"{self.prefix}_{name}")  # noqa: E731
+        request = (get("adr"), get("we")) if get("cyc") and get("stb") else None
+        assert self.open in (None, request), "the master let go of an access that was not answered"
+        self.open = request
+        answer = {"ack": 0, "err": 0, "dat_r": self.memory.rng.getrandbits(8*self.memory.word_bytes)}
+        if request and self.memory.goes():
+            self.open = None
+            word, writes = request
+            if self.memory.fails():
+                answer["err"] = 1
+            else:
+                answer["ack"] = 1
+                if writes:
+                    assert get("sel") == 2**self.memory.word_bytes - 1
+                    self.memory.write(word, get("dat_w"))
+                else:
+                    answer["dat_r"] = self.memory.read(word)
+        self.core.set(**{f"{self.prefix}_{name}": value for name, value in answer.items()})
+
+
+class NativeSlave:
+    """Answers a LiteDRAM native port: commands queue, data follow in their order, and read data do not wait."""
+    def __init__(self, core, prefix: str, memory: Memory) -> None:
+        self.core, self.prefix, self.memory = core, prefix, memory
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget what a reset has cut off."""
+        self.reads:  deque[int] = deque()
+        self.writes: deque[int] = deque()
+        self.latency = 0
+        self.held: tuple[int, int] | None = None
+
+    def step(self) -> None:
+        """Before each rising edge: take commands, move data."""
+        get = lambda name: self.core.get(f"{self.prefix}_{name}")  # noqa: E731
+        put = lambda **values: self.core.set(**{f"{self.prefix}_{name}": value for name, value in values.items()})  # noqa: E731
+        # Data of commands of earlier clocks.
+        moves_read  = bool(self.reads) and self.memory.goes()
+        moves_write = bool(self.writes) and self.memory.goes()
+        put(rdata_valid=moves_read, wdata_ready=moves_write,
+            rdata_data=self.memory.read(self.reads.popleft()) if moves_read else 0)
+        if moves_read:
+            assert get("rdata_ready"), "read data came and nobody took them"
+        if moves_write and get("wdata_valid"):
+            assert get("wdata_we") == 2**self.memory.word_bytes - 1
+            self.memory.write(self.writes.popleft(), get("wdata_data"))
+        # Command.
+        ready = self.memory.goes()
+        put(cmd_ready=ready)
+        command = (get("cmd_addr"), get("cmd_we")) if get("cmd_valid") else None
+        assert self.held in (None, command), "the master let go of a command that was not taken"
+        self.held = None if ready else command
+        if ready and command:
+            (self.writes if command[1] else self.reads).append(command[0])
+
+
+def slave(core, prefix: str, port, memory: Memory) -> WishboneSlave | NativeSlave:
+    """Model for the kind of the port."""
+    return (WishboneSlave if isinstance(port, wishbone.Interface) else NativeSlave)(core, prefix, memory)
