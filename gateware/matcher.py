@@ -125,16 +125,15 @@ class Matcher(LiteXModule):
         # Winners' FIFO, and credit for as many results as it holds.
         # ----------------------------------------------------------
         pipeline   = [self.raster, self.line_buffer, self.difference, self.column_sum, self.block_sum, self.winner]
-        depth      = 2**bits_for(sum(core.latency for core in pipeline) + 4)
-        self.fifo  = fifo = stream.SyncFIFO(disparity_layout(), depth=depth)
+        depth     = 2**bits_for(sum(core.latency for core in pipeline) + 4)
+        self.fifo = fifo = stream.SyncFIFO(disparity_layout(), depth=depth)
         used       = Signal(max=depth + 1)
-        give, take = Signal(), Signal()
+        take, give = Signal(), Signal()
         self.comb += [
-            # A pixel that turns out to complete no block gives its credit back behind the raster.
-            give.eq((fifo.source.valid & fifo.source.ready)),
             take.eq(self.raster.source.valid & self.raster.source.complete),
+            give.eq(fifo.source.valid & fifo.source.ready),
         ]
-        # One pixel may be between admission and the count: stop one early.
+        # Two registers lie between admission and credit, so up to three pixels are not counted yet.
         self.sync += [
             used.eq(used + take - give),
             self.raster.credit.eq(used < depth - 3),

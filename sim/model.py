@@ -33,7 +33,7 @@ def block_sums(difference: NDArray[np.uint8], block_size: int) -> NDArray[np.int
         total = np.insert(total, 0, 0, axis=axis)
         length = total.shape[axis]
         sums = (np.take(total, range(block_size, length), axis=axis)
-              - np.take(total, range(0, length - block_size), axis=axis))
+              - np.take(total, range(length - block_size), axis=axis))
     return sums
 
 

@@ -46,14 +46,14 @@ class StereoMixin:
         max_width, disparities, max_block_size : int
             What is built: widest frame, largest number of disparities, largest block size.
         memory : object with `get_port(mode=...)`, optional
-            Where the DMA gets its ports: `self.sdram.crossbar`, a `WideRAM`, or by default the SDRAM's crossbar
-            if there is a SDRAM without L2 cache, else the SoC's bus.
+            Where the DMA gets its ports: `self.sdram.crossbar` of a SDRAM without L2 cache (the crossbar goes
+            past it), a `WideRAM`, or by default the SoC's bus.
         burst_bytes : int
             Bytes read or written in one go.
         """
         self.check_if_exists(name)
         if memory is None:
-            memory = self.sdram.crossbar if hasattr(self, "sdram") else BusPorts(self, name)
+            memory = BusPorts(self, name)
         stereo = StereoPeripheral(
             read_port      = memory.get_port(mode="read"),
             write_port     = memory.get_port(mode="write"),

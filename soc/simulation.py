@@ -101,7 +101,7 @@ class SDRAMSoC(SimulatedSoC):
         self.add_constant("MEMTEST_ADDR_SIZE", 4*1024)
         self.add_ram("flash", origin=FLASH_ORIGIN, size=FLASH_BYTES, contents=[0], mode="rx")
         self.add_constant("FLASH_BOOT_ADDRESS", FLASH_ORIGIN)
-        return None
+        return self.sdram.crossbar
 
 SOCS = {"integrated-ram": IntegratedRAMSoC, "sdram": SDRAMSoC}
 
@@ -128,8 +128,8 @@ def build(memory, output_dir, matcher, modules_dir):
     shutil.copytree(modules_dir, modules_copy)
     # Of LiteX's libraries only what the firmware and, where there is one, the BIOS link.
     if soc.integrated_rom_initialized:
-        builder.software_packages  = [p for p in builder.software_packages  if p[0] in LIBRARIES]
-        builder.software_libraries = [l for l in builder.software_libraries if l    in LIBRARIES]
+        builder.software_packages = [(name, folder) for name, folder in builder.software_packages if name in LIBRARIES]
+        builder.software_libraries = [library for library in builder.software_libraries if library in LIBRARIES]
     builder.build(
         run             = False,
         sim_config      = soc.sim_config(),

@@ -62,7 +62,7 @@ class StereoSoC(StereoMixin, SoCCore):
         raise NotImplementedError
 
     def add_main_memory(self):
-        """Add the region `main_ram`; return what gives the matcher its ports, or None for `add_stereo`'s choice."""
+        """Add the region `main_ram`; return what `add_stereo` takes as `memory`."""
         raise NotImplementedError
 
     def add_link(self):
