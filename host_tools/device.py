@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import importlib
 import inspect
-import subprocess
 from dataclasses import replace
 from typing import Protocol
 
@@ -80,12 +79,15 @@ def _open_simulation(url: DeviceUrl, link_settings: LinkSettings) -> Device:
 
 def _start(url: DeviceUrl, options: dict[str, int | str]) -> _Simulation:
     try:
-        start = importlib.import_module("litestereo.sim.system").start_simulation
-        try:
-            inspect.signature(start).bind(**options)
-        except TypeError as error:
-            raise UrlError(f"{url.text}: {error}") from None
-        simulation: _Simulation = start(**options)
-    except (ImportError, OSError, RuntimeError, ValueError, subprocess.SubprocessError) as error:
+        system = importlib.import_module("litestereo.sim.system")
+    except ImportError as error:
+        raise DeviceError(f"{url.text} cannot be started: {one_line(error)}") from error
+    try:
+        inspect.signature(system.start_simulation).bind(**options)
+    except TypeError as error:
+        raise UrlError(f"{url.text}: {error}") from None
+    try:
+        simulation: _Simulation = system.start_simulation(**options)
+    except (OSError, RuntimeError, ValueError, system.SimulationError) as error:
         raise DeviceError(f"{url.text} cannot be started: {one_line(error)}") from error
     return simulation
