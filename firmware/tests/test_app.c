@@ -266,7 +266,7 @@ static void test_flood(unsigned seed)
         total += length;
         fake_stereo.hang      = round / 64 % 8 == 0;
         fake_stereo.bus_error = round / 32 % 8 == 5;
-        now += next_random(&seed) % (fake_stereo.hang ? 8 : 64) == 0 ? 2000000 : 0;
+        now += next_random(&seed) % (fake_stereo.hang ? 3 : 64) == 0 ? 2000000 : 0;
         for (unsigned idle = next_random(&seed) % 4; idle > 0; idle--) {
             app_poll(&app);
         }
