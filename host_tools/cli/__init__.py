@@ -1,0 +1,74 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""The console command `litestereo`."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import os
+import sys
+from collections.abc import Sequence
+
+from ..errors import LiteStereoError, UsageError
+from .arguments import Parser
+
+SUCCESS     = 0
+FAILURE     = 1
+USAGE       = 2
+INTERRUPTED = 130
+
+_EPILOG = """\
+examples:
+  litestereo match left.png right.png -o out --device model:
+  litestereo match left.png right.png -o out --device 'serial:/dev/ttyUSB0?baud=1000000' --block-size 15
+  litestereo info --device tcp://127.0.0.1:2000 --json
+  litestereo console --device tcp://127.0.0.1:2000 selftest
+
+devices:
+  tcp://host:port                   a device behind a network connection that carries its serial line
+  serial:/dev/ttyUSB0?baud=1000000  a device at a serial port (default baud: 1000000)
+  sim:                              the full system in simulation, started for this command
+  cosim:?disparities=64&max_width=1024&max_block_size=21
+                                    the gateware alone, in Verilator
+  model:                            the reference model, in NumPy
+
+exit status: 0 success, 1 failure, 2 wrong usage, 130 interrupted
+"""
+
+
+def _parser() -> Parser:
+    # Here and not above: loading OpenCV takes a while, and an interrupt meanwhile shall end like any other.
+    from . import console, info, match, stats
+
+    parser = Parser(prog="litestereo", description="Stereo matching with a LiteStereo device.", epilog=_EPILOG)
+    version = importlib.metadata.version("litestereo")
+    parser.add_argument("--version", action="version", version=f"litestereo {version}")
+    commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
+    for command in (match, info, stats, console):
+        command.add_parser(commands)
+    return parser
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Runs the command with `arguments`, by default those of the process; returns the exit status.
+
+    Wrong usage ends in SystemExit with status 2, `--help` and `--version` with 0, as argparse does it.
+    """
+    try:
+        options = _parser().parse_args(arguments)
+        status: int = options.run(options)
+        sys.stdout.flush()
+    except LiteStereoError as error:
+        print(f"litestereo: error: {error}", file=sys.stderr)
+        return USAGE if isinstance(error, UsageError) else FAILURE
+    except KeyboardInterrupt:
+        print("litestereo: interrupted", file=sys.stderr)
+        return INTERRUPTED
+    except BrokenPipeError:
+        # Who read the output has gone. Python's own flush at exit must not find the broken pipe again.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return FAILURE
+    return status

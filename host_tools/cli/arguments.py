@@ -1,0 +1,88 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""What the commands share of their arguments."""
+
+from __future__ import annotations
+
+import argparse
+import os
+from typing import Any, NoReturn
+
+from ..errors import UsageError
+from ..settings import MatcherSettings
+from ..urls import EXAMPLES, parse_url
+
+#: Environment variable that names the device when `--device` does not.
+DEVICE_VARIABLE = "LITESTEREO_DEVICE"
+
+
+class Parser(argparse.ArgumentParser):
+    """A parser that keeps its examples' lines, and complains in one line."""
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__(formatter_class=argparse.RawDescriptionHelpFormatter, allow_abbrev=False, **options)
+
+    def error(self, message: str) -> NoReturn:
+        """Ends the process with status 2 and one line."""
+        self.exit(2, f"litestereo: error: {message} (see {self.prog} --help)\n")
+
+
+def add_device(parser: argparse.ArgumentParser) -> None:
+    """Adds `--device`, with the environment's device as its default."""
+    default = os.environ.get(DEVICE_VARIABLE)
+    parser.add_argument("--device", metavar="URL", type=_url, default=default, required=default is None,
+                        help=f"where the device is: {', '.join(EXAMPLES.values())} (default: the environment "
+                             f"variable {DEVICE_VARIABLE})")
+
+
+def add_json(parser: argparse.ArgumentParser) -> None:
+    """Adds `--json`."""
+    parser.add_argument("--json", action="store_true", help="print JSON instead of text (default: text)")
+
+
+def _url(text: str) -> str:
+    try:
+        parse_url(text)
+    except UsageError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
+    return text
+
+
+def disparities(text: str) -> int:
+    """Argument type: a number of disparities."""
+    number = _integer(text)
+    return _checked(MatcherSettings, disparities=number).disparities
+
+
+def block_size(text: str) -> int:
+    """Argument type: a block size."""
+    number = _integer(text)
+    return _checked(MatcherSettings, block_size=number).block_size
+
+
+def positive(text: str) -> float:
+    """Argument type: a number above 0."""
+    try:
+        number = float(text)
+    except ValueError:
+        number = 0.0
+    if not 0 < number < float("inf"):
+        raise argparse.ArgumentTypeError(f"must be a number above 0, not '{text}'")
+    return number
+
+
+def _integer(text: str) -> int:
+    try:
+        return int(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"must be a whole number, not '{text}'") from None
+
+
+def _checked(kind: type[MatcherSettings], **values: int) -> MatcherSettings:
+    try:
+        return kind(**values)
+    except UsageError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None

@@ -1,0 +1,46 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""`litestereo console`: a line typed at the device's console."""
+
+from __future__ import annotations
+
+import argparse
+
+from ..device import connect
+from .arguments import Parser, add_device, positive
+
+#: Time in seconds without any text after which the console counts as silent; a self test takes a while in simulation.
+_TIMEOUT_S = 60.0
+
+#: How the firmware says that a command did not succeed, or was none.
+_FAILURES = ("FAILED", ": refused: ", "usage: ", "unknown command")
+
+_EPILOG = """\
+examples:
+  litestereo console --device tcp://127.0.0.1:2000 help
+  litestereo console --device serial:/dev/ttyUSB0 selftest
+
+The exit status is 1 if the device says that the command failed, was refused, or is unknown.
+"""
+
+
+def add_parser(commands: argparse._SubParsersAction[Parser]) -> None:
+    """Adds the command."""
+    parser = commands.add_parser("console", help="type a line at the device's console", epilog=_EPILOG,
+                                 description="Type a line at the device's console and print what it answers.")
+    add_device(parser)
+    parser.add_argument("--timeout", metavar="SECONDS", type=positive, default=_TIMEOUT_S,
+                        help="silence after which to stop waiting (default: %(default)g)")
+    parser.add_argument("line", metavar="COMMAND", nargs="+", help="the line's words")
+    parser.set_defaults(run=run)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Runs the command."""
+    with connect(options.device) as device:
+        text = device.console(" ".join(options.line), options.timeout)
+    print(text.rstrip("\n"))
+    return 1 if any(failure in text for failure in _FAILURES) else 0

@@ -1,0 +1,55 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""`litestereo info`: what a device is."""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import json
+
+from ..device import connect
+from ..devices.base import DeviceInfo
+from .arguments import Parser, add_device, add_json
+
+_EPILOG = """\
+examples:
+  litestereo info --device tcp://127.0.0.1:2000
+  litestereo info --device cosim:?disparities=32 --json
+"""
+
+
+def add_parser(commands: argparse._SubParsersAction[Parser]) -> None:
+    """Adds the command."""
+    parser = commands.add_parser("info", help="show what a device is", epilog=_EPILOG,
+                                 description="Show what a device is and what it was built for.")
+    add_device(parser)
+    add_json(parser)
+    parser.set_defaults(run=run)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Runs the command."""
+    with connect(options.device) as device:
+        info = device.info()
+    print(json.dumps(dataclasses.asdict(info), indent=2) if options.json else _text(info))
+    return 0
+
+
+def _text(info: DeviceInfo) -> str:
+    lines = [
+        f"device       {info.name} at {info.url}",
+        f"image        at most {info.max_width}x{info.max_height}, {info.max_pixels} pixels in all",
+        f"disparities  {info.max_disparities}",
+        f"block size   {info.min_block_size} to {info.max_block_size}",
+        f"frame slots  {info.slots}",
+    ]
+    if info.sys_clk_hz:
+        lines.append(f"clock        {info.sys_clk_hz/1e6:g} MHz")
+    if info.gateware_version:
+        lines.append(f"versions     gateware {info.gateware_version}, firmware {info.firmware_version}")
+        lines.append(f"features     {info.features:#010x}")
+    return "\n".join(lines)

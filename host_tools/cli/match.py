@@ -1,0 +1,164 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""`litestereo match`: a pair of images to a disparity map."""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import json
+import math
+import sys
+from pathlib import Path
+from typing import Any
+
+import rich.console
+import rich.progress
+from numpy.typing import NDArray
+
+from ..device import connect
+from ..devices.base import DeviceInfo, Result, check_minimum_size, check_pair
+from ..errors import ImageError
+from ..ground_truth import read_ground_truth
+from ..images import read_grey, write_disparity
+from ..metrics import Quality, rate
+from ..settings import DEFAULT_BLOCK_SIZE, DEFAULT_DISPARITIES, DISPARITY_STEP, MatcherSettings
+from .arguments import Parser, add_device, add_json, block_size, disparities, positive
+
+#: Clock that frame rates are given for, so that simulations and boards can be compared.
+_RATE_CLOCK_HZ = 100_000_000
+
+_EPILOG = """\
+examples:
+  litestereo match left.png right.png -o out --device model:
+  litestereo match left.png right.png -o out --device tcp://127.0.0.1:2000 --disparities 32 --block-size 15
+  litestereo match left.png right.png -o out --device cosim: --ground-truth truth.png --ground-truth-scale 4
+
+files written:
+  disparity.npy        int16, sixteenths of a pixel, -16 where there is no disparity
+  disparity.pfm        float32, pixels, inf where there is none (Middlebury)
+  disparity.png        16 bits, 256 times the disparity in pixels, 0 where there is none (KITTI)
+  disparity_color.png  for viewing, black where there is none
+"""
+
+
+def add_parser(commands: argparse._SubParsersAction[Parser]) -> None:
+    """Adds the command."""
+    parser = commands.add_parser("match", help="match a pair of images", epilog=_EPILOG,
+                                 description="Match a rectified pair of images and write the disparity map.")
+    parser.add_argument("left", metavar="LEFT", type=Path, help="left image, any kind that OpenCV reads")
+    parser.add_argument("right", metavar="RIGHT", type=Path, help="right image, of the same size")
+    parser.add_argument("-o", "--output", metavar="DIR", type=Path, required=True,
+                        help="folder for the results, made if need be")
+    add_device(parser)
+    parser.add_argument("--disparities", metavar="N", type=disparities,
+                        help=f"disparities searched, a multiple of {DISPARITY_STEP} (default: {DEFAULT_DISPARITIES}, "
+                             "or the device's number if that is less)")
+    parser.add_argument("--block-size", metavar="N", type=block_size,
+                        help=f"side of the block in pixels, odd (default: {DEFAULT_BLOCK_SIZE}, or the device's "
+                             "largest if that is less)")
+    parser.add_argument("--ground-truth", metavar="FILE", type=Path,
+                        help="true disparities to rate the map by: PNG, PFM, .npy or .npz (default: none)")
+    parser.add_argument("--ground-truth-scale", metavar="S", type=positive,
+                        help="what the file's values are divided by to become pixels (default: 256 for 16-bit images, "
+                             "else 1)")
+    add_json(parser)
+    parser.set_defaults(run=run)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Runs the command; whatever can be checked without the device is checked before connecting."""
+    left, left_notices   = read_grey(options.left)
+    right, right_notices = read_grey(options.right)
+    check_pair(left, right)
+    height, width = left.shape
+    truth         = None
+    if options.ground_truth is not None:
+        truth = read_ground_truth(options.ground_truth, options.ground_truth_scale)
+        if truth.shape != left.shape:
+            raise ImageError(f"{options.ground_truth}: is {truth.shape[1]}x{truth.shape[0]} pixels, "
+                             f"the images are {width}x{height}")
+    if options.output.exists() and not options.output.is_dir():
+        raise ImageError(f"{options.output}: is a file, the results need a folder")
+    if None not in (options.disparities, options.block_size):
+        check_minimum_size(width, height, MatcherSettings(options.disparities, options.block_size))
+
+    with connect(options.device) as device:
+        info     = device.info()
+        default  = info.default_settings()
+        settings = MatcherSettings(options.disparities or default.disparities, options.block_size or default.block_size)
+        info.check(width, height, settings)
+        for notice in left_notices + right_notices:
+            print(f"litestereo: note: {notice}", file=sys.stderr)
+        terminal = rich.console.Console(stderr=True)
+        with rich.progress.Progress(console=terminal, transient=True, disable=not terminal.is_terminal) as bars:
+            result = device.compute(left, right, settings, _ProgressBars(bars))
+
+    files   = write_disparity(options.output, result.disparity, settings.disparities)
+    quality = None if truth is None else rate(result.disparity, truth)
+    summary = _summary(info, result, files, quality)
+    print(json.dumps(summary, indent=2) if options.json else _text(summary))
+    return 0
+
+
+class _ProgressBars:
+    """One bar for each phase."""
+
+    def __init__(self, bars: rich.progress.Progress) -> None:
+        self._bars = bars
+        self._tasks: dict[str, rich.progress.TaskID] = {}
+
+    def __call__(self, phase: str, done: int, total: int) -> None:
+        if phase not in self._tasks:
+            self._tasks[phase] = self._bars.add_task(phase, total=total)
+        self._bars.update(self._tasks[phase], completed=done)
+
+
+def _summary(info: DeviceInfo, result: Result, files: list[Path], quality: Quality | None) -> dict[str, Any]:
+    """Everything that is worth knowing of a match, as JSON has it."""
+    pixels: NDArray[Any] = result.disparity
+    height, width = pixels.shape
+    clocks        = result.clocks
+    return {
+        "device":           info.name,
+        "width":            width,
+        "height":           height,
+        "disparities":      result.settings.disparities,
+        "block_size":       result.settings.block_size,
+        "clocks":           clocks,
+        "first_row_clocks": result.first_row_clocks,
+        "clocks_per_pixel": clocks/(width*height) if clocks else None,
+        "fps_at_100_mhz":   _RATE_CLOCK_HZ/clocks if clocks else None,
+        "upload_s":         result.upload_s,
+        "match_s":          result.match_s,
+        "download_s":       result.download_s,
+        "files":            [str(path) for path in files],
+        "quality":          None if quality is None else {
+            name: None if math.isnan(value) else value for name, value in dataclasses.asdict(quality).items()},
+    }
+
+
+def _text(summary: dict[str, Any]) -> str:
+    """The summary for people."""
+    times = ", ".join(f"{phase} {summary[f'{phase}_s']:.3f} s" for phase in ("upload", "match", "download"))
+    size  = f"{summary['width']}x{summary['height']} pixels"
+    lines = [
+        f"device      {summary['device']}",
+        f"size        {size}, {summary['disparities']} disparities, block size {summary['block_size']}",
+        f"time        {times}",
+    ]
+    if summary["clocks"]:
+        lines.append(f"clocks      {summary['clocks']}, {summary['clocks_per_pixel']:.3f} per pixel, "
+                     f"{summary['fps_at_100_mhz']:.1f} frames/s at 100 MHz")
+    if summary["quality"] is not None:
+        quality = {name: math.nan if value is None else value for name, value in summary["quality"].items()}
+        lines += [
+            f"bad-1.0     {quality['bad_1_0']:.2f} %",
+            f"bad-2.0     {quality['bad_2_0']:.2f} %",
+            f"mean error  {quality['mean_error']:.3f} pixels",
+            f"density     {quality['density']:.2f} %",
+        ]
+    return "\n".join([*lines, *(f"wrote       {path}" for path in summary["files"])])

@@ -1,0 +1,91 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""Devices by their URL: `connect` is the way in."""
+
+from __future__ import annotations
+
+import importlib
+import inspect
+import subprocess
+from dataclasses import replace
+from typing import Protocol
+
+from .devices.base import Device, DeviceInfo, Result
+from .devices.local import one_line, open_cosim, open_model
+from .devices.remote import RemoteDevice
+from .errors import DeviceError, UrlError
+from .link import LinkSettings
+from .transports import open_transport
+from .urls import DeviceUrl, parse_url
+
+__all__ = ["Device", "DeviceInfo", "Result", "connect"]
+
+#: A simulated system boots while hello waits; seconds.
+_SIMULATION_HELLO_LIMIT_S = 60.0
+
+
+class _Simulation(Protocol):
+    port: int
+
+    def close(self) -> None: ...
+
+
+def connect(url: str, link_settings: LinkSettings | None = None) -> Device:
+    """The device at `url`, with a session begun if it is a remote one. Close it, or use it as a context manager.
+
+    `tcp://host:port` and `serial:/dev/ttyUSB0?baud=1000000` are devices behind a line; `sim:` is the full system in
+    simulation, started for the purpose; `cosim:` the gateware alone in Verilator; `model:` the reference in NumPy.
+
+    Parameters
+    ----------
+    url
+        Where the device is.
+    link_settings
+        Limits of the link to a remote device.
+
+    Raises
+    ------
+    UrlError
+        The URL cannot be understood.
+    DeviceError
+        There is no device, it is in use, or it does not answer.
+    ProtocolError
+        It speaks another version of the link protocol.
+    """
+    parsed = parse_url(url)
+    if parsed.scheme == "model":
+        return open_model(parsed)
+    if parsed.scheme == "cosim":
+        return open_cosim(parsed)
+    if parsed.scheme == "sim":
+        return _open_simulation(parsed, link_settings or LinkSettings())
+    return RemoteDevice(url, open_transport(parsed), link_settings)
+
+
+def _open_simulation(url: DeviceUrl, link_settings: LinkSettings) -> Device:
+    """Starts the simulated system, with the URL's options, and connects to it."""
+    options    = {name: int(text) if text.isdecimal() else text for name, text in url.options.items()}
+    simulation = _start(url, options)
+    settings   = replace(link_settings, hello_limit_s=max(_SIMULATION_HELLO_LIMIT_S, link_settings.hello_limit_s))
+    try:
+        line = open_transport(parse_url(f"tcp://127.0.0.1:{simulation.port}"))
+    except BaseException:
+        simulation.close()
+        raise
+    return RemoteDevice(url.text, line, settings, simulation.close)
+
+
+def _start(url: DeviceUrl, options: dict[str, int | str]) -> _Simulation:
+    try:
+        start = importlib.import_module("litestereo.sim.system").start_simulation
+        try:
+            inspect.signature(start).bind(**options)
+        except TypeError as error:
+            raise UrlError(f"{url.text}: {error}") from None
+        simulation: _Simulation = start(**options)
+    except (ImportError, OSError, RuntimeError, ValueError, subprocess.SubprocessError) as error:
+        raise DeviceError(f"{url.text} cannot be started: {one_line(error)}") from error
+    return simulation

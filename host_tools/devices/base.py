@@ -1,0 +1,155 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""What every device can do."""
+
+from __future__ import annotations
+
+import abc
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from types import TracebackType
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import ImageError, UnsupportedError
+from ..settings import DEFAULT_BLOCK_SIZE, DEFAULT_DISPARITIES, MatcherSettings
+
+#: Receives the phase ("upload", "match" or "download"), the steps done and the steps in all.
+Progress = Callable[[str, int, int], None]
+
+#: Left and right image: uint8, H x W.
+Pair = tuple[NDArray[np.uint8], NDArray[np.uint8]]
+
+
+@dataclass(frozen=True)
+class DeviceInfo:
+    """What a device is: sizes in pixels, versions as "major.minor", `sys_clk_hz` 0 if it has no clock."""
+
+    url:              str
+    name:             str
+    max_width:        int
+    max_height:       int
+    max_pixels:       int
+    max_disparities:  int
+    min_block_size:   int
+    max_block_size:   int
+    slots:            int = 1
+    sys_clk_hz:       int = 0
+    features:         int = 0
+    gateware_version: str = ""
+    firmware_version: str = ""
+
+    def default_settings(self) -> MatcherSettings:
+        """64 disparities and block size 9, or what the device has if that is less."""
+        return MatcherSettings(min(DEFAULT_DISPARITIES, self.max_disparities),
+                               min(DEFAULT_BLOCK_SIZE, self.max_block_size))
+
+    def check(self, width: int, height: int, settings: MatcherSettings) -> None:
+        """Checks that the device can match images of `width` x `height` pixels with `settings`.
+
+        Raises
+        ------
+        UnsupportedError
+            The device was not built for that many disparities or that block size.
+        ImageError
+            The images are too large for the device, or too small for the settings.
+        """
+        if settings.disparities > self.max_disparities:
+            raise UnsupportedError(f"{self.name} has {self.max_disparities} disparities, {settings.disparities} are too many")
+        if not self.min_block_size <= settings.block_size <= self.max_block_size:
+            raise UnsupportedError(f"{self.name} has block sizes from {self.min_block_size} to {self.max_block_size}, "
+                                f"not {settings.block_size}")
+        if width > self.max_width or height > self.max_height or width*height > self.max_pixels:
+            raise ImageError(f"images of {width}x{height} pixels are too large for {self.name}: at most "
+                             f"{self.max_width}x{self.max_height} and {self.max_pixels} pixels in all")
+        check_minimum_size(width, height, settings)
+
+
+def check_minimum_size(width: int, height: int, settings: MatcherSettings) -> None:
+    """Raises ImageError if images of `width` x `height` pixels have no pixel that can get a disparity."""
+    min_width, min_height = settings.minimum_size
+    if width < min_width or height < min_height:
+        raise ImageError(f"images of {width}x{height} pixels are too small for {settings.disparities} disparities and "
+                         f"block size {settings.block_size}: at least {min_width}x{min_height}")
+
+
+def check_pair(left: NDArray[np.uint8], right: NDArray[np.uint8]) -> None:
+    """Raises ImageError if the images are not two 8-bit grey ones, H x W, of one size."""
+    for side, image in (("left", left), ("right", right)):
+        if image.ndim != 2 or image.dtype != np.uint8:
+            raise ImageError(f"the {side} image must be 8-bit grey (uint8, H x W), not {image.dtype} {image.shape}")
+    if left.shape != right.shape:
+        raise ImageError(f"the images must be of one size: left is {left.shape[1]}x{left.shape[0]} pixels, "
+                         f"right {right.shape[1]}x{right.shape[0]}")
+
+
+@dataclass(frozen=True)
+class Result:
+    """A matched pair.
+
+    `disparity` is int16, H x W, in sixteenths of a pixel, -16 where there is none. `clocks` counts from the start
+    to the last write, `first_row_clocks` to the end of the first row that has disparities; both are None where nothing
+    counts clocks. The seconds are wall-clock time of this host.
+    """
+
+    disparity:        NDArray[np.int16]
+    settings:         MatcherSettings
+    clocks:           int | None
+    first_row_clocks: int | None
+    upload_s:         float
+    match_s:          float
+    download_s:       float
+
+
+class Device(abc.ABC):
+    """A matcher. Use it as a context manager, or `close` it."""
+
+    @abc.abstractmethod
+    def info(self) -> DeviceInfo:
+        """What the device is."""
+
+    @abc.abstractmethod
+    def stream(self, pairs: Iterable[Pair], settings: MatcherSettings | None = None,
+               progress: Progress | None = None) -> Iterator[Result]:
+        """Matches pair after pair, in order; remote devices get the next pair while they match the one before.
+
+        Raises
+        ------
+        UnsupportedError, ImageError
+            The settings or a pair do not suit the device.
+        DeviceError
+            The device is gone, does not answer, or could not match.
+        """
+
+    def compute(self, left: NDArray[np.uint8], right: NDArray[np.uint8], settings: MatcherSettings | None = None,
+                progress: Progress | None = None) -> Result:
+        """Matches one pair of images, uint8, H x W; `settings` None are the device's default. Raises as `stream`."""
+        (result,) = self.stream([(left, right)], settings, progress)
+        return result
+
+    @abc.abstractmethod
+    def statistics(self) -> dict[str, int]:
+        """The device's counters by name."""
+
+    @abc.abstractmethod
+    def console(self, line: str, timeout_s: float = 10.0) -> str:
+        """Types a line at the device's console.
+
+        Returns the text printed up to the next prompt, or until nothing comes for `timeout_s`. Raises DeviceError
+        if the device has no console, LinkTimeout if it prints nothing at all.
+        """
+
+    def close(self) -> None:
+        """Lets go of the device; closing twice does no harm."""
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
+                 trace: TracebackType | None) -> None:
+        self.close()

@@ -1,0 +1,152 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""Matchers in this process: the reference model, and the gateware's Verilog in Verilator."""
+
+from __future__ import annotations
+
+import importlib
+import subprocess
+import time
+from collections.abc import Iterable, Iterator
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import DeviceError
+from ..settings import DEFAULT_DISPARITIES, DISPARITY_STEP, MIN_BLOCK_SIZE, MatcherSettings
+from ..urls import DeviceUrl
+from .base import Device, DeviceInfo, Pair, Progress, Result, check_pair
+
+#: Sizes of the model unless the URL says otherwise: what a field of the link protocol could carry and memory can hold.
+_MODEL_MAX_SIZE        = 8192
+_MODEL_MAX_DISPARITIES = 256
+_MODEL_MAX_BLOCK_SIZE  = 51
+
+#: What the simulated gateware is built for unless the URL says otherwise.
+_COSIM_MAX_WIDTH      = 1024
+_COSIM_MAX_HEIGHT     = 65535
+_COSIM_MAX_BLOCK_SIZE = 21
+
+Matched = tuple[NDArray[np.int16], int | None, int | None]
+
+
+class Matcher(Protocol):
+    """A matcher in this process."""
+
+    def match(self, left: NDArray[np.uint8], right: NDArray[np.uint8], disparities: int,
+              block_size: int) -> Matched:
+        """Disparity map (int16, H x W, sixteenths of a pixel), clocks, and clocks of the first row."""
+
+    def close(self) -> None:
+        """Frees what the matcher holds."""
+
+
+class ModelMatcher:
+    """The reference model in NumPy, which counts no clocks."""
+
+    def __init__(self) -> None:
+        self._model = importlib.import_module("litestereo.sim.model")
+
+    def match(self, left: NDArray[np.uint8], right: NDArray[np.uint8], disparities: int,
+              block_size: int) -> Matched:
+        """Disparity map of a pair, and no clocks."""
+        return self._model.match(left, right, disparities, block_size), None, None
+
+    def close(self) -> None:
+        """Nothing is held."""
+
+
+class LocalDevice(Device):
+    """A device around a matcher in this process."""
+
+    def __init__(self, info: DeviceInfo, matcher: Matcher) -> None:
+        self._info    = info
+        self._matcher = matcher
+        self._matched = 0
+
+    def info(self) -> DeviceInfo:
+        """What the matcher was built for."""
+        return self._info
+
+    def stream(self, pairs: Iterable[Pair], settings: MatcherSettings | None = None,
+               progress: Progress | None = None) -> Iterator[Result]:
+        """Matches pair after pair; raises as `Device.stream` does."""
+        settings = settings or self._info.default_settings()
+        for left, right in pairs:
+            check_pair(left, right)
+            self._info.check(left.shape[1], left.shape[0], settings)
+            if progress is not None:
+                progress("match", 0, 1)
+            begin = time.monotonic()
+            try:
+                disparity, clocks, first_row_clocks = self._matcher.match(left, right, settings.disparities,
+                                                                          settings.block_size)
+            except (OSError, RuntimeError) as error:
+                raise DeviceError(f"{self._info.url} failed: {one_line(error)}") from error
+            seconds = time.monotonic() - begin
+            self._matched += 1
+            if progress is not None:
+                progress("match", 1, 1)
+            yield Result(disparity, settings, clocks, first_row_clocks, 0.0, seconds, 0.0)
+
+    def statistics(self) -> dict[str, int]:
+        """Number of frames matched by this object."""
+        return {"frames_matched": self._matched}
+
+    def console(self, line: str, timeout_s: float = 10.0) -> str:
+        """Raises DeviceError: there is no firmware behind."""
+        raise DeviceError(f"{self._info.url} has no console: it is a matcher without firmware")
+
+    def close(self) -> None:
+        """Frees the matcher."""
+        self._matcher.close()
+
+
+def one_line(error: BaseException) -> str:
+    """The text of an exception as one line."""
+    return " ".join(str(error).split()) or type(error).__name__
+
+
+def open_model(url: DeviceUrl) -> LocalDevice:
+    """The device `model:`; raises UrlError if an option is wrong."""
+    url.check_options("disparities", "max_width", "max_block_size")
+    width = url.integer("max_width", _MODEL_MAX_SIZE)
+    info  = DeviceInfo(
+        url             = url.text,
+        name            = "reference model",
+        max_width       = width,
+        max_height      = _MODEL_MAX_SIZE,
+        max_pixels      = width*_MODEL_MAX_SIZE,
+        max_disparities = url.integer("disparities", _MODEL_MAX_DISPARITIES, DISPARITY_STEP),
+        min_block_size  = MIN_BLOCK_SIZE,
+        max_block_size  = url.integer("max_block_size", _MODEL_MAX_BLOCK_SIZE, MIN_BLOCK_SIZE),
+    )
+    return LocalDevice(info, ModelMatcher())
+
+
+def open_cosim(url: DeviceUrl) -> LocalDevice:
+    """The device `cosim:`, built on the way; raises UrlError if an option is wrong, DeviceError if the build fails."""
+    url.check_options("disparities", "max_width", "max_block_size")
+    width       = url.integer("max_width", _COSIM_MAX_WIDTH)
+    disparities = url.integer("disparities", DEFAULT_DISPARITIES, DISPARITY_STEP)
+    block_size  = url.integer("max_block_size", _COSIM_MAX_BLOCK_SIZE, MIN_BLOCK_SIZE)
+    try:
+        cosim   = importlib.import_module("litestereo.sim.cosim")
+        matcher = cosim.CosimMatcher(max_width=width, disparities=disparities, max_block_size=block_size)
+    except (ImportError, OSError, RuntimeError, ValueError, subprocess.SubprocessError) as error:
+        raise DeviceError(f"{url.text} cannot be built: {one_line(error)}") from error
+    info = DeviceInfo(
+        url             = url.text,
+        name            = "gateware simulation",
+        max_width       = width,
+        max_height      = _COSIM_MAX_HEIGHT,
+        max_pixels      = width*_COSIM_MAX_HEIGHT,
+        max_disparities = disparities,
+        min_block_size  = MIN_BLOCK_SIZE,
+        max_block_size  = block_size,
+    )
+    return LocalDevice(info, matcher)

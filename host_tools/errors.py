@@ -1,0 +1,62 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""Errors of the host tools: each message is one line that says what is wrong and what to do about it."""
+
+
+class LiteStereoError(Exception):
+    """Base of every error that the host tools raise for a reason outside of their own code."""
+
+
+class UsageError(LiteStereoError):
+    """An argument that no device could accept: a malformed URL, an impossible parameter."""
+
+
+class UrlError(UsageError):
+    """A device URL that cannot be understood."""
+
+
+class SettingsError(UsageError):
+    """A matcher parameter with a value that no device takes."""
+
+
+class UnsupportedError(LiteStereoError):
+    """A matcher parameter that this device was not built for."""
+
+
+class ImageError(LiteStereoError):
+    """A file that cannot be read or written as an image, or images that do not fit each other or the device."""
+
+
+class DatasetError(LiteStereoError):
+    """A data set that is neither in the cache nor to be fetched."""
+
+
+class DeviceError(LiteStereoError):
+    """A device that cannot be reached, or fails while it is used."""
+
+
+class LinkTimeout(DeviceError):
+    """A device that does not answer within a bounded time."""
+
+
+class SessionLost(DeviceError):
+    """A session that the device has ended: another host said hello, or the device restarted."""
+
+
+class DeviceRefused(DeviceError):
+    """An ERROR reply.
+
+    `code` and `detail` are the numbers of the protocol's table of errors.
+    """
+
+    def __init__(self, message: str, code: int, detail: int) -> None:
+        super().__init__(message)
+        self.code   = code
+        self.detail = detail
+
+
+class ProtocolError(LiteStereoError):
+    """Bytes that are not what the link protocol says, or a protocol version that this host does not speak."""

@@ -1,0 +1,155 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""Grey images from files, and disparity maps into files."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from .errors import ImageError
+
+#: A disparity map counts in sixteenths of a pixel.
+DISPARITY_SCALE = 16
+
+#: Disparity files in the convention of the KITTI benchmark hold 256 times the disparity in pixels.
+KITTI_SCALE = 256
+
+
+@contextlib.contextmanager
+def _quiet_stderr() -> Iterator[None]:
+    """Keeps what the image libraries write on stderr off the terminal: the exception says it, once."""
+    saved = os.dup(2)
+    try:
+        with open(os.devnull, "wb") as sink:
+            os.dup2(sink.fileno(), 2)
+        yield
+    finally:
+        os.dup2(saved, 2)
+        os.close(saved)
+
+
+def read_file(path: Path) -> bytes:
+    """Bytes of a file; raises ImageError if it cannot be read."""
+    try:
+        return path.read_bytes()
+    except FileNotFoundError:
+        raise ImageError(f"{path}: there is no such file") from None
+    except OSError as error:
+        raise ImageError(f"{path}: cannot be read: {error.strerror or error}") from None
+
+
+def read_image(path: Path) -> NDArray[Any]:
+    """Image in a file as OpenCV decodes it, channels and depth unchanged; raises ImageError if it is none."""
+    data = np.frombuffer(read_file(path), np.uint8)
+    try:
+        with _quiet_stderr():
+            image = cv2.imdecode(data, cv2.IMREAD_UNCHANGED) if len(data) else None
+    except cv2.error:
+        image = None
+    if image is None:
+        raise ImageError(f"{path}: is not an image that can be read, or is damaged")
+    return image
+
+
+def read_grey(path: Path) -> tuple[NDArray[np.uint8], list[str]]:
+    """Grey image in a file.
+
+    Parameters
+    ----------
+    path
+        An image file of any kind that OpenCV reads. Colour is converted to grey by luma, 16 bits to the upper 8.
+
+    Returns
+    -------
+    The image, uint8, H x W, and notices of the conversions that were needed, one line each.
+
+    Raises
+    ------
+    ImageError
+        The file is missing, is no image, or is not of 8 or 16 bits.
+    """
+    image   = read_image(path)
+    notices = []
+    if image.dtype == np.uint16:
+        image = (image >> 8).astype(np.uint8)
+        notices.append(f"{path}: 16-bit image, converted to 8 bits")
+    if image.dtype != np.uint8:
+        raise ImageError(f"{path}: has pixels of type {image.dtype}, an 8- or 16-bit image is needed")
+    if image.ndim == 3 and image.shape[2] == 1:
+        image = image[:, :, 0]
+    if image.ndim == 3:
+        image = cv2.cvtColor(image, cv2.COLOR_BGRA2GRAY if image.shape[2] == 4 else cv2.COLOR_BGR2GRAY)
+        notices.append(f"{path}: colour image, converted to grey")
+    return np.ascontiguousarray(image, np.uint8), notices
+
+
+def disparity_pixels(disparity: NDArray[np.int16]) -> NDArray[np.float32]:
+    """Disparity map (int16, H x W, sixteenths) in pixels: float32, H x W, nan where there is none."""
+    pixels = disparity.astype(np.float32)/np.float32(DISPARITY_SCALE)
+    pixels[disparity < 0] = np.nan
+    return pixels
+
+
+def encode_pfm(disparity: NDArray[np.int16]) -> bytes:
+    """Map as a Middlebury PFM file: float32 pixels, little-endian, rows from bottom to top, inf where there is none."""
+    pixels = disparity_pixels(disparity)
+    pixels[np.isnan(pixels)] = np.inf
+    height, width = pixels.shape
+    return f"Pf\n{width} {height}\n-1.0\n".encode("ascii") + pixels[::-1].astype("<f4").tobytes()
+
+
+def kitti_image(disparity: NDArray[np.int16]) -> NDArray[np.uint16]:
+    """Map in the convention of KITTI: uint16, 256 times the disparity in pixels, 0 where there is none.
+
+    A disparity of 0 becomes 1, the smallest value that is valid; 256 pixels and more become 65535.
+    """
+    scaled = np.clip(disparity.astype(np.int32)*(KITTI_SCALE//DISPARITY_SCALE), 1, 65535)
+    scaled[disparity < 0] = 0
+    return scaled.astype(np.uint16)
+
+
+def color_image(disparity: NDArray[np.int16], disparities: int) -> NDArray[np.uint8]:
+    """Map for viewing: uint8, H x W x 3 (BGR), from blue at 0 to red at `disparities` pixels, black where there is none."""
+    scaled = np.clip(disparity.astype(np.float32)*255/(DISPARITY_SCALE*disparities), 0, 255).astype(np.uint8)
+    color  = np.array(cv2.applyColorMap(scaled, cv2.COLORMAP_TURBO), np.uint8)
+    color[disparity < 0] = 0
+    return color
+
+
+def write_disparity(folder: Path, disparity: NDArray[np.int16], disparities: int) -> list[Path]:
+    """Writes a map (int16, H x W, sixteenths) in four forms, making the folder if need be.
+
+    `disparity.npy` as it is; `disparity.pfm` see `encode_pfm`; `disparity.png` see `kitti_image`;
+    `disparity_color.png` see `color_image`.
+
+    Returns
+    -------
+    The files written.
+
+    Raises
+    ------
+    ImageError
+        A file cannot be written.
+    """
+    paths = [folder / name for name in ("disparity.npy", "disparity.pfm", "disparity.png", "disparity_color.png")]
+    npy, pfm, png, color = paths
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        np.save(npy, disparity)
+        pfm.write_bytes(encode_pfm(disparity))
+        png.write_bytes(cv2.imencode(".png", kitti_image(disparity))[1].tobytes())
+        color.write_bytes(cv2.imencode(".png", color_image(disparity, disparities))[1].tobytes())
+    except OSError as error:
+        raise ImageError(f"{error.filename or folder}: cannot be written: {error.strerror or error}") from None
+    return paths

@@ -1,0 +1,72 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""ERROR replies in words."""
+
+from __future__ import annotations
+
+from . import payloads
+from .errors import DeviceRefused, LiteStereoError, ProtocolError, SessionLost
+from .protocol import VERSION, ErrorCode, Message, MessageType, Parameter
+
+_SIZES = {
+    1: "it is wider than the device's lines",
+    2: "it is higher than the device takes",
+    3: "it has more pixels than the device's memory",
+    4: "it is too narrow for the disparities and the block size",
+    5: "it is too low for the block size",
+}
+
+
+def version_mismatch(device_version: int) -> ProtocolError:
+    """The error for a device that speaks another version of the protocol."""
+    return ProtocolError(f"the device speaks link protocol version {device_version}, this host version {VERSION}: "
+                         "install the host tools and the firmware of one release")
+
+
+def refusal(reply: Message) -> LiteStereoError:
+    """The exception that stands for an ERROR reply."""
+    code, request_type, detail = payloads.unpack_error(reply.payload)
+    if code == ErrorCode.VERSION:
+        return version_mismatch(detail)
+    if code == ErrorCode.SESSION:
+        return SessionLost("the device ended this session: another host connected to it, or it restarted; "
+                           "connect again")
+    request = MessageType(request_type).name if request_type in set(MessageType) else f"request {request_type:#04x}"
+    return DeviceRefused(f"the device refused {request}: {_reason(code, reply.frame_id, detail)}", code, detail)
+
+
+def _parameter(number: int) -> str:
+    return Parameter(number).name.lower() if number in set(Parameter) else f"parameter {number}"
+
+
+def _reason(code: int, frame_id: int, detail: int) -> str:
+    reasons = {
+        ErrorCode.TYPE:       f"its firmware does not know type {detail:#04x}, update it",
+        ErrorCode.LENGTH:     f"a payload of {detail} bytes was expected",
+        ErrorCode.PARAMETER:  f"it was not built with {_parameter(detail)}",
+        ErrorCode.RANGE:      f"{_parameter(detail)} is out of its range, see `litestereo info`",
+        ErrorCode.NO_SLOT:    f"all of its {detail} frame slots are in use",
+        ErrorCode.FRAME:      f"it does not know frame {frame_id}",
+        ErrorCode.STATE:      f"frame {frame_id} is {_state(detail)}",
+        ErrorCode.OFFSET:     f"there is nothing of that length at offset {detail}",
+        ErrorCode.INCOMPLETE: f"frame {frame_id} lacks the chunk at offset {detail}",
+        ErrorCode.SIZE:       f"{_SIZES.get(detail, 'the size of the image')}, see `litestereo info`",
+        ErrorCode.MATCHER:    f"the accelerator reported error {detail}",
+        ErrorCode.TIMEOUT:    f"the accelerator did not finish within {detail} clocks",
+        ErrorCode.DUPLICATE:  f"frame {detail} is already in use",
+    }
+    return reasons.get(ErrorCode(code), "") if code in set(ErrorCode) else f"error {code}, detail {detail}"
+
+
+def _state(number: int) -> str:
+    return payloads.FrameState(number).name.lower() if number in set(payloads.FrameState) else f"in state {number}"
+
+
+def failed_frame(frame_id: int, error: int) -> DeviceRefused:
+    """The exception for a frame whose match has failed with an error code."""
+    name = ErrorCode(error).name.lower() if error in set(ErrorCode) else "unknown"
+    return DeviceRefused(f"the device could not match frame {frame_id}: error {error} ({name}); "
+                         "see `litestereo stats`", error, 0)

@@ -1,0 +1,194 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""Settings, checks against a device's sizes, and the devices in this process."""
+
+import sys
+import types
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from litestereo.host_tools.device import connect
+from litestereo.host_tools.errors import DeviceError, ImageError, SettingsError, UnsupportedError, UrlError
+from litestereo.host_tools.protocol import Parameter
+from litestereo.host_tools.settings import MatcherSettings
+from litestereo.sim import model
+from support.pairs import generator, textured_pair
+from support.scripted_device import scripted_server
+
+
+def test_default_settings():
+    settings = MatcherSettings()
+    assert (settings.disparities, settings.block_size, settings.minimum_size) == (64, 9, (72, 9))
+    assert settings.parameters == {Parameter.DISPARITIES: 64, Parameter.BLOCK_SIZE: 9}
+
+
+@pytest.mark.parametrize("disparities", [0, -16, 8, 15, 17, 63])
+def test_disparities_are_a_multiple_of_16(disparities):
+    with pytest.raises(SettingsError, match="multiple of 16"):
+        MatcherSettings(disparities=disparities)
+
+
+@pytest.mark.parametrize("block_size", [-5, 0, 3, 4, 6, 10])
+def test_block_size_is_odd_and_at_least_5(block_size):
+    with pytest.raises(SettingsError, match="odd"):
+        MatcherSettings(block_size=block_size)
+
+
+@pytest.mark.parametrize(("width", "height", "settings", "error"), [
+    (101, 50, MatcherSettings(32, 9), ImageError),
+    (100, 8193, MatcherSettings(32, 9), ImageError),
+    (39, 50, MatcherSettings(32, 9), ImageError),
+    (100, 8, MatcherSettings(32, 9), ImageError),
+    (100, 50, MatcherSettings(48, 9), UnsupportedError),
+    (100, 50, MatcherSettings(32, 13), UnsupportedError),
+    (100, 50, MatcherSettings(32, 11), None),
+    (40, 9, MatcherSettings(32, 9), None),
+])
+def test_what_does_not_suit_the_device_is_refused(width, height, settings, error):
+    with connect("model:?max_width=100&disparities=32&max_block_size=11") as device:
+        if error is None:
+            device.info().check(width, height, settings)
+            return
+        with pytest.raises(error) as caught:
+            device.info().check(width, height, settings)
+        assert "\n" not in str(caught.value)
+        image = np.zeros((height, width), np.uint8)
+        with pytest.raises(error):
+            device.compute(image, image, settings)
+
+
+def test_pixels_in_all_are_limited_too():
+    with connect("model:") as device:
+        small = replace(device.info(), max_pixels=9999)
+    with pytest.raises(ImageError, match="9999"):
+        small.check(100, 100, MatcherSettings())
+
+
+def test_default_settings_of_a_small_device():
+    with connect("model:?disparities=32&max_block_size=7") as device:
+        assert device.info().default_settings() == MatcherSettings(32, 7)
+    with connect("model:") as device:
+        assert device.info().default_settings() == MatcherSettings(64, 9)
+
+
+def test_model_device_is_the_model():
+    left, right = textured_pair(90, 40, generator(40))
+    steps       = []
+    with connect("model:") as device:
+        result  = device.compute(left, right, MatcherSettings(32, 7), lambda *step: steps.append(step))
+        results = list(device.stream([(left, right), (right, left)], MatcherSettings(16, 5)))
+        assert device.statistics() == {"frames_matched": 3}
+        with pytest.raises(DeviceError, match="console"):
+            device.console("help")
+    assert np.array_equal(result.disparity, model.match(left, right, 32, 7))
+    assert result.disparity.dtype == np.int16
+    assert result.clocks is None and result.first_row_clocks is None and result.match_s > 0
+    assert np.array_equal(results[1].disparity, model.match(right, left, 16, 5))
+    assert steps == [("match", 0, 1), ("match", 1, 1)]
+
+
+@pytest.mark.parametrize(("left", "right"), [
+    (np.zeros((9, 80), np.uint8), np.zeros((9, 81), np.uint8)),
+    (np.zeros((9, 80, 3), np.uint8), np.zeros((9, 80, 3), np.uint8)),
+    (np.zeros((9, 80), np.uint16), np.zeros((9, 80), np.uint16)),
+])
+def test_pairs_must_be_grey_and_of_one_size(left, right):
+    with connect("model:") as device, pytest.raises(ImageError):
+        device.compute(left, right)
+
+
+def stand_in(monkeypatch, name, **content):
+    module = types.ModuleType(name)
+    vars(module).update(content)
+    monkeypatch.setitem(sys.modules, name, module)
+
+
+class CosimStandIn:
+    """The interface of the gateware's simulation, around the model."""
+
+    built  = None
+    closed = False
+
+    def __init__(self, max_width, disparities, max_block_size):
+        CosimStandIn.built = (max_width, disparities, max_block_size)
+
+    def match(self, left, right, disparities, block_size):
+        if left.max() == 0:
+            raise RuntimeError("it stopped\nshort")
+        return model.match(left, right, disparities, block_size), left.size + 100, 50
+
+    def close(self):
+        CosimStandIn.closed = True
+
+
+def test_cosim_device_is_built_as_its_url_says(monkeypatch):
+    stand_in(monkeypatch, "litestereo.sim.cosim", CosimMatcher=CosimStandIn)
+    left, right = textured_pair(60, 20, generator(41))
+    with connect("cosim:?disparities=32&max_width=320&max_block_size=11") as device:
+        assert CosimStandIn.built == (320, 32, 11)
+        result = device.compute(left, right)
+        assert (result.clocks, result.first_row_clocks) == (60*20 + 100, 50)
+        assert result.settings == MatcherSettings(32, 9)
+        with pytest.raises(DeviceError, match=r"failed: it stopped short"):
+            device.compute(np.zeros_like(left), right)
+    assert CosimStandIn.closed
+    connect("cosim:").close()
+    assert CosimStandIn.built == (1024, 64, 21)
+
+
+def test_a_cosim_that_cannot_be_built_is_one_line(monkeypatch):
+    def fail(**_):
+        raise RuntimeError("verilator failed:\nsee log")
+
+    stand_in(monkeypatch, "litestereo.sim.cosim", CosimMatcher=fail)
+    with pytest.raises(DeviceError, match="cannot be built: verilator failed: see log"):
+        connect("cosim:")
+
+
+@pytest.mark.parametrize("url", ["model:?width=3", "cosim:?disparities=x", "cosim:?disparities=8", "model:?max_width=0",
+                                 "cosim:?ram=sdram"])
+def test_wrong_options_are_refused(url):
+    with pytest.raises(UrlError):
+        connect(url)
+
+
+class Simulation:
+    """The interface of a simulated system's handle."""
+
+    def __init__(self, port):
+        self.port   = port
+        self.closed = False
+
+    def close(self):
+        self.closed = True
+
+
+def test_sim_device_is_started_with_its_options_and_stopped(monkeypatch):
+    started = []
+    with scripted_server(None) as url:
+        def start_simulation(ram="integrated", slots=2):
+            started.append((ram, slots, Simulation(int(url.rsplit(":", 1)[1]))))
+            return started[-1][-1]
+
+        stand_in(monkeypatch, "litestereo.sim.system", start_simulation=start_simulation)
+        # The scripted server hangs up, so the connection fails; the simulation must be stopped all the same.
+        with pytest.raises(DeviceError, match="closed the connection|lost"):
+            connect("sim:?ram=sdram&slots=3")
+    assert started[0][:2] == ("sdram", 3)
+    assert started[0][2].closed
+    with pytest.raises(UrlError, match="unexpected keyword argument 'speed'"):
+        connect("sim:?speed=9")
+
+
+def test_a_simulation_that_cannot_start_is_one_line(monkeypatch):
+    def fail():
+        raise OSError("no compiler")
+
+    stand_in(monkeypatch, "litestereo.sim.system", start_simulation=fail)
+    with pytest.raises(DeviceError, match="cannot be started: no compiler"):
+        connect("sim:")

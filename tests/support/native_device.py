@@ -1,0 +1,50 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""The real firmware with a fake accelerator, as a process of this computer."""
+
+from __future__ import annotations
+
+import contextlib
+import fcntl
+import functools
+import shutil
+import subprocess
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+OUT  = ROOT / "build" / "native_device"
+
+
+@functools.cache
+def build() -> Path:
+    """Builds the program, or brings it up to date; skips the test if there is no compiler."""
+    if not shutil.which("gcc") or not shutil.which("make"):
+        pytest.skip("gcc and make are needed to build the firmware for this computer")
+    OUT.mkdir(parents=True, exist_ok=True)
+    with open(OUT / "lock", "w", encoding="ascii") as lock:
+        # Test processes may run side by side.
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        command = ["make", "-f", ROOT / "firmware" / "tests" / "Makefile", f"OUT={OUT}", "native_device"]
+        done    = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return OUT / "native_device"
+
+
+@contextlib.contextmanager
+def native_device(*options: str) -> Iterator[int]:
+    """Runs the program and gives its TCP port; a sanitizer's complaint fails the test at the end."""
+    with subprocess.Popen([build(), *options], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        try:
+            line = process.stdout.readline()
+            assert line.startswith("listening on 127.0.0.1:"), line + process.stderr.read()
+            yield int(line.rsplit(":", 1)[1])
+        finally:
+            process.terminate()
+            _, complaint = process.communicate(timeout=10)
+        assert (process.returncode, complaint) == (0, "")

@@ -1,0 +1,36 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""Made-up stereo pairs."""
+
+from __future__ import annotations
+
+import os
+import random
+
+import numpy as np
+from numpy.typing import NDArray
+
+#: Seed of everything random in the tests; set LITESTEREO_SEED to repeat a run, or to try another.
+SEED = int(os.environ.get("LITESTEREO_SEED", "1"))
+
+
+def generator(*salt: int) -> np.random.Generator:
+    """NumPy's generator for one test, whose seed is printed for the report of a failure."""
+    print(f"LITESTEREO_SEED={SEED}, salt {salt}")
+    return np.random.default_rng([SEED, *salt])
+
+
+def byte_generator(*salt: int) -> random.Random:
+    """Python's generator for one test, whose seed is printed for the report of a failure."""
+    print(f"LITESTEREO_SEED={SEED}, salt {salt}")
+    return random.Random(repr((SEED, *salt)))
+
+
+def textured_pair(width: int, height: int, rng: np.random.Generator, shift: int = 7
+                  ) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
+    """Left and right image (uint8, H x W): noise, seen `shift` pixels apart."""
+    scene = rng.integers(0, 256, (height, width + shift), np.uint8)
+    return np.ascontiguousarray(scene[:, :width]), np.ascontiguousarray(scene[:, shift:])

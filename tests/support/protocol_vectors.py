@@ -1,0 +1,99 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""Test vectors of the link protocol, shared with the firmware's tests.
+
+Writes tests/vectors/protocol.txt, one line per vector: name, message in hex, message as it stands on a serial
+line in hex. Run `python tests/support/protocol_vectors.py` after a change of the protocol.
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Iterator
+from pathlib import Path
+
+from litestereo.host_tools import payloads
+from litestereo.host_tools.protocol import CHUNK_BYTES, ErrorCode, Message, MessageType, Parameter
+from litestereo.host_tools.serial_framing import frame
+
+VECTOR_FILE = Path(__file__).parents[1] / "vectors" / "protocol.txt"
+
+SESSION = 0x13572468
+NONCE   = 0xc0ffee01
+
+CAPABILITIES = payloads.Capabilities(
+    session=SESSION, nonce=NONCE, gateware_version=0x0102, firmware_version=0x0304, max_width=1024,
+    max_height=768, max_disparities=64, min_block_size=5, max_block_size=21, features=0x5, max_pixels=786432,
+    slots=2, chunk_size=CHUNK_BYTES, sys_clk_hz=100_000_000, name="LiteStereo",
+)
+
+STATUS = payloads.FrameStatus(state=payloads.FrameState.DONE, slot=1, error=0, clocks=123456,
+                              first_row_clocks=2345, first_missing=0xffffffff)
+
+
+def _types() -> Iterator[tuple[str, Message]]:
+    """Every request with its reply, and every error."""
+    number   = payloads.pack_number
+    settings = payloads.pack_parameters({Parameter.DISPARITIES: 64, Parameter.BLOCK_SIZE: 9})
+    counters = {name: 1000 + index for index, name in enumerate(payloads.COUNTERS)}
+    map_row  = bytes(range(256)) * 2
+    exchanges = [
+        (MessageType.HELLO,      0, 0,    number(NONCE),                  CAPABILITIES.pack()),
+        (MessageType.CONFIGURE,  0, 0,    settings,                       b""),
+        (MessageType.OPEN,       7, 0,    payloads.pack_size(247, 166),   payloads.pack_opened(1, 41984)),
+        (MessageType.UPLOAD,     7, 2048, bytes(range(256)) * 4,          number(79)),
+        (MessageType.START,      7, 0,    b"",                            b""),
+        (MessageType.STATUS,     7, 0,    b"",                            STATUS.pack()),
+        (MessageType.READ,       7, 512,  number(len(map_row)),           map_row),
+        (MessageType.RELEASE,    7, 0,    b"",                            b""),
+        (MessageType.STATISTICS, 0, 0,    b"",                            payloads.pack_counters(counters)),
+        (MessageType.BYE,        0, 0,    b"",                            b""),
+    ]
+    for sequence, (kind, frame_id, offset, payload, answer) in enumerate(exchanges, start=1):
+        session = 0 if kind == MessageType.HELLO else SESSION
+        request = Message(kind, session, sequence, frame_id, offset, payload)
+        yield f"{kind.name.lower()}_request", request
+        yield f"{kind.name.lower()}_reply", request.reply(answer)
+    for code in ErrorCode:
+        payload = payloads.pack_error(code, MessageType.START, 0x100 + code)
+        yield f"error_{code.name.lower()}", Message(MessageType.ERROR, SESSION, 100 + code, 7, 0, payload)
+
+
+def _edges() -> Iterator[tuple[str, Message]]:
+    """Runs without a zero around the 254 bytes of a COBS run, zeros only, and header fields at their limits."""
+    generator = random.Random(20140801)
+
+    def upload(payload: bytes) -> Message:
+        return Message(MessageType.UPLOAD, SESSION, 0x01020304, 0x05060708, 0x090a0b0c, payload)
+
+    for length in (0, 1, 2, 225, 226, 227, 228, 229, 230, 231, 232, 233, 234, 253, 254, 255, 508, 509, 1023, 1024):
+        yield f"nonzero_{length}", upload(bytes(generator.randrange(1, 256) for _ in range(length)))
+    for length in (1, 254, 255, 1024):
+        yield f"zeros_{length}", upload(bytes(length))
+        yield f"ones_{length}", upload(b"\xff" * length)
+    for length in (3, 600, 1024):
+        yield f"random_{length}", upload(generator.randbytes(length))
+    for gap in (253, 254, 255):
+        yield f"zero_every_{gap}", upload((b"\x5a" * gap + b"\0") * 4)
+    largest = 0xffffffff
+    yield "largest_fields", Message(MessageType.READ, largest, largest, largest, largest, b"\xff" * 4)
+    yield "other_version", Message(MessageType.HELLO, 0, 1, 0, 0, payloads.pack_number(NONCE), version=2)
+
+
+def vectors() -> dict[str, Message]:
+    """Every vector by its name, in the order of the file."""
+    return dict([*_types(), *_edges()])
+
+
+def vector_text() -> str:
+    """What the file of vectors must hold."""
+    return "".join(f"{name} {message.encode().hex()} {frame(message.encode()).hex()}\n"
+                   for name, message in vectors().items())
+
+
+if __name__ == "__main__":
+    VECTOR_FILE.parent.mkdir(exist_ok=True)
+    VECTOR_FILE.write_text(vector_text(), encoding="ascii")
