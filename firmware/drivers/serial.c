@@ -87,7 +87,11 @@ void serial_send(serial_t *serial, const uint8_t *bytes, size_t length)
         if (room == 0) {
             return;
         }
-        for (; room > 0 && length > 0; room--, length--) {
+        if (room > length) {
+            room = length;
+        }
+        length -= room;
+        for (; room > 0; room--) {
             uart_rxtx_write(*bytes++);
         }
     }

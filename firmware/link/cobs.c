@@ -24,64 +24,59 @@ void cobs_decoder_reset(cobs_decoder_t *decoder)
     decoder->overflow  = false;
 }
 
-static void begin_block(cobs_decoder_t *decoder, uint8_t code)
+/* Copies a block's bytes from `in` up to a zero or `end`; returns where it stopped. What does not fit is skipped. */
+static const uint8_t *copy_block(uint8_t *out, const uint8_t *in, const uint8_t *end, bool fits)
 {
-    if (decoder->zero_due) {
-        if (decoder->length < decoder->capacity) {
-            decoder->buffer[decoder->length++] = 0;
-        } else {
-            decoder->overflow = true;
+    if (fits) {
+        while (in < end && *in != 0) {
+            *out++ = *in++;
         }
-    }
-    decoder->started   = true;
-    decoder->remaining = code - 1;
-    decoder->zero_due  = code != FULL_BLOCK;
-}
-
-/* Copies from `in` to `out` up to a zero or `end`; returns where it stopped. */
-static const uint8_t *copy_block(uint8_t *out, const uint8_t *in, const uint8_t *end)
-{
-    while (in < end && *in != 0) {
-        *out++ = *in++;
-    }
-    return in;
-}
-
-static const uint8_t *skip_block(const uint8_t *in, const uint8_t *end)
-{
-    while (in < end && *in != 0) {
-        in++;
+    } else {
+        while (in < end && *in != 0) {
+            in++;
+        }
     }
     return in;
 }
 
 size_t cobs_decode(cobs_decoder_t *decoder, const uint8_t *bytes, size_t length)
 {
-    const uint8_t *in  = bytes;
-    const uint8_t *end = bytes + length;
+    /* The state is kept in registers on the way: every byte of every frame passes here. */
+    const uint8_t *in        = bytes;
+    const uint8_t *end       = bytes + length;
+    uint8_t       *out       = decoder->buffer + decoder->length;
+    uint8_t       *limit     = decoder->buffer + decoder->capacity;
+    size_t         remaining = decoder->remaining;
+    bool           zero_due  = decoder->zero_due;
 
     while (in < end && *in != 0) {
-        size_t         room = decoder->capacity - decoder->length;
-        size_t         run  = decoder->remaining;
-        const uint8_t *stop;
-
-        if (run == 0) {
-            begin_block(decoder, *in++);
-            continue;
-        }
-        if (run > (size_t)(end - in)) {
-            run = (size_t)(end - in);
-        }
-        if (run > room) {
-            decoder->overflow = true;
-            stop = skip_block(in, in + run);
+        decoder->started = true;
+        if (remaining == 0) {
+            if (zero_due && out < limit) {
+                *out++ = 0;
+            } else if (zero_due) {
+                decoder->overflow = true;
+            }
+            remaining = *in - 1u;
+            zero_due  = *in != FULL_BLOCK;
+            in++;
         } else {
-            stop = copy_block(decoder->buffer + decoder->length, in, in + run);
-            decoder->length += (size_t)(stop - in);
+            size_t         run  = remaining < (size_t)(end - in) ? remaining : (size_t)(end - in);
+            bool           fits = run <= (size_t)(limit - out);
+            const uint8_t *stop = copy_block(out, in, in + run, fits);
+
+            if (fits) {
+                out += stop - in;
+            } else {
+                decoder->overflow = true;
+            }
+            remaining -= (size_t)(stop - in);
+            in = stop;
         }
-        decoder->remaining -= (uint8_t)(stop - in);
-        in = stop;
     }
+    decoder->length    = (size_t)(out - decoder->buffer);
+    decoder->remaining = (uint8_t)remaining;
+    decoder->zero_due  = zero_due;
     return (size_t)(in - bytes);
 }
 
@@ -95,27 +90,23 @@ status_t cobs_decoder_finish(const cobs_decoder_t *decoder)
 
 size_t cobs_encode(const uint8_t *bytes, size_t length, uint8_t *encoded)
 {
-    const uint8_t *in   = bytes;
     const uint8_t *end  = bytes + length;
     uint8_t       *code = encoded;
     uint8_t       *out  = encoded + 1;
 
-    for (;;) {
-        const uint8_t *block = end - in > 254 ? in + 254 : end;
-        size_t         run;
+    while (bytes < end) {
+        uint8_t byte = *bytes++;
 
-        while (in < block && *in != 0) {
-            *out++ = *in++;
+        *out++ = byte;
+        if (byte == 0) {
+            /* The place of the zero becomes that of the next block's code. */
+            *code = (uint8_t)(out - 1 - code);
+            code  = out - 1;
+        } else if (out - code == FULL_BLOCK && bytes < end) {
+            *code = FULL_BLOCK;
+            code  = out++;
         }
-        run   = (size_t)(out - code);
-        *code = (uint8_t)run;
-        if (in == end) {
-            break;
-        }
-        if (run != FULL_BLOCK) {
-            in++;
-        }
-        code = out++;
     }
+    *code = (uint8_t)(out - code);
     return (size_t)(out - encoded);
 }

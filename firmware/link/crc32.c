@@ -12,9 +12,8 @@
 
 typedef uint32_t __attribute__((may_alias)) word_t;
 
-/* table[0] advances the CRC by one byte, table[n] by n zero bytes more, so that a word takes four look-ups
- * that do not wait for each other. */
-static uint32_t table[4][256];
+/* One table of 1 KiB: more of them take fewer steps per byte, but do not stay in a small data cache. */
+static uint32_t table[256];
 static bool     table_ready;
 
 static void build_table(void)
@@ -25,21 +24,15 @@ static void build_table(void)
         for (int bit = 0; bit < 8; bit++) {
             crc = (crc >> 1) ^ ((crc & 1) ? POLYNOMIAL : 0);
         }
-        table[0][byte] = crc;
-    }
-    for (uint32_t byte = 0; byte < 256; byte++) {
-        for (int n = 1; n < 4; n++) {
-            uint32_t crc = table[n - 1][byte];
-
-            table[n][byte] = (crc >> 8) ^ table[0][crc & 0xff];
-        }
+        table[byte] = crc;
     }
     table_ready = true;
 }
 
-static uint32_t add_byte(uint32_t crc, uint8_t byte)
+/* Shifts eight bits, that have been added to the CRC, out of it. */
+static uint32_t step(uint32_t crc)
 {
-    return (crc >> 8) ^ table[0][(crc ^ byte) & 0xff];
+    return (crc >> 8) ^ table[crc & 0xff];
 }
 
 uint32_t crc32_update(uint32_t crc, const void *data, size_t length)
@@ -51,15 +44,13 @@ uint32_t crc32_update(uint32_t crc, const void *data, size_t length)
     }
     crc = ~crc;
     for (; length > 0 && ((uintptr_t)bytes & 3) != 0; length--) {
-        crc = add_byte(crc, *bytes++);
+        crc = step(crc ^ *bytes++);
     }
     for (; length >= 4; length -= 4, bytes += 4) {
-        crc ^= *(const word_t *)bytes;
-        crc = table[3][crc & 0xff] ^ table[2][(crc >> 8) & 0xff]
-            ^ table[1][(crc >> 16) & 0xff] ^ table[0][crc >> 24];
+        crc = step(step(step(step(crc ^ *(const word_t *)bytes))));
     }
     for (; length > 0; length--) {
-        crc = add_byte(crc, *bytes++);
+        crc = step(crc ^ *bytes++);
     }
     return ~crc;
 }

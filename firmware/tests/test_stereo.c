@@ -1,0 +1,259 @@
+/*
+ * This file is part of LiteStereo.
+ *
+ * SPDX-License-Identifier: BSD-2-Clause
+ */
+
+#include <stddef.h>
+#include <stdint.h>
+#include <string.h>
+
+#include "litestereo/stereo.h"
+#include "mock_csr.h"
+#include "require.h"
+
+#define BUSY 1u
+
+static stereo_t     stereo;
+static stereo_job_t job;
+
+static uint8_t *address(uintptr_t value)
+{
+    return (uint8_t *)value;
+}
+
+static void expect_capabilities(uint32_t version, uint32_t width, uint32_t disparities, uint32_t sizes, uint32_t alignment)
+{
+    expect_read("block_sizes", sizes);
+    expect_read("version", version);
+    expect_read("max_width", width);
+    expect_read("max_disparities", disparities);
+    expect_read("features", 0x5);
+    expect_read("dma_alignment", alignment);
+}
+
+static void set_up(void)
+{
+    mock_status_forever = UINT32_MAX;
+    mock_clock          = 0;
+    mock_clock_step     = 10;
+    expect_capabilities(0x0102, 640, 64, 21 << 8 | 5, 16);
+    expect_read("status", 0);
+    expect_read("status", 0);
+    expect_write("ev_pending", 3);
+    expect_write("ev_enable", 3);
+    REQUIRE(stereo_init(&stereo) == STATUS_OK);
+    require_all_done();
+    job = (stereo_job_t){
+        .left = address(0x40010000), .right = address(0x40020000), .map = address(0x40030000),
+        .width = 320, .height = 240, .disparities = 32, .block_size = 9,
+    };
+}
+
+static void expect_submission(void)
+{
+    expect_read("status", 0);
+    expect_write("left_base", 0x40010000);
+    expect_write("right_base", 0x40020000);
+    expect_write("disparity_base", 0x40030000);
+    expect_write("width", 320);
+    expect_write("height", 240);
+    expect_write("disparities", 32);
+    expect_write("block_size", 9);
+    expect_write("ev_pending", 3);
+    expect_call("memory_to_device");
+    expect_write("control", 1);
+}
+
+static void submit(uint64_t clock)
+{
+    expect_submission();
+    REQUIRE(stereo_submit(&stereo, &job, clock) == STATUS_OK);
+    require_all_done();
+}
+
+static void interrupt(uint32_t pending)
+{
+    expect_read("ev_pending", pending);
+    expect_write("ev_pending", pending);
+    stereo_isr(&stereo);
+    require_all_done();
+}
+
+static void test_init(void)
+{
+    static const uint32_t wrong[][4] = {
+        {0, 64, 21 << 8 | 5, 16}, {640, 0, 21 << 8 | 5, 16}, {640, 40, 21 << 8 | 5, 16}, {640, 64, 20 << 8 | 5, 16},
+        {640, 64, 21 << 8 | 6, 16}, {640, 64, 5 << 8 | 7, 16}, {640, 64, 21 << 8 | 5, 0}, {640, 64, 21 << 8 | 5, 128},
+        {640, 64, 21 << 8 | 5, 24},
+    };
+
+    REQUIRE(stereo_init(NULL) == STATUS_BAD_ARGUMENT);
+    for (size_t i = 0; i < sizeof(wrong) / sizeof(wrong[0]); i++) {
+        expect_capabilities(1, wrong[i][0], wrong[i][1], wrong[i][2], wrong[i][3]);
+        REQUIRE(stereo_init(&stereo) == STATUS_UNSUPPORTED);
+        require_all_done();
+    }
+    set_up();
+    REQUIRE(stereo.capabilities.version == 0x0102 && stereo.capabilities.max_width == 640);
+    REQUIRE(stereo.capabilities.max_disparities == 64 && stereo.capabilities.features == 5);
+    REQUIRE(stereo.capabilities.min_block_size == 5 && stereo.capabilities.max_block_size == 21);
+    REQUIRE(stereo.capabilities.dma_alignment == 16 && stereo.capabilities.max_height == 65535);
+    /* A matcher that runs when the firmware starts is stopped first. */
+    expect_capabilities(1, 640, 64, 21 << 8 | 5, 16);
+    expect_read("status", BUSY);
+    expect_write("control", 2);
+    expect_read("status", BUSY);
+    expect_read("status", 0);
+    expect_write("ev_pending", 3);
+    expect_write("ev_enable", 3);
+    REQUIRE(stereo_init(&stereo) == STATUS_OK);
+    require_all_done();
+}
+
+/* Bad arguments touch no register. */
+static void test_check(void)
+{
+    static const struct {
+        stereo_field_t field;
+        size_t         offset, size;
+        uintptr_t      value;
+    } wrong[] = {
+#define FIELD(name) offsetof(stereo_job_t, name), sizeof(job.name)
+        {STEREO_FIELD_LEFT, FIELD(left), 0},
+        {STEREO_FIELD_LEFT, FIELD(left), 0x40000008},
+        {STEREO_FIELD_RIGHT, FIELD(right), 0x40000001},
+        {STEREO_FIELD_MAP, FIELD(map), 0x40000004},
+        {STEREO_FIELD_DISPARITIES, FIELD(disparities), 0},
+        {STEREO_FIELD_DISPARITIES, FIELD(disparities), 24},
+        {STEREO_FIELD_DISPARITIES, FIELD(disparities), 80},
+        {STEREO_FIELD_BLOCK_SIZE, FIELD(block_size), 3},
+        {STEREO_FIELD_BLOCK_SIZE, FIELD(block_size), 8},
+        {STEREO_FIELD_BLOCK_SIZE, FIELD(block_size), 23},
+        {STEREO_FIELD_WIDTH, FIELD(width), 39},
+        {STEREO_FIELD_WIDTH, FIELD(width), 641},
+        {STEREO_FIELD_HEIGHT, FIELD(height), 8},
+#undef FIELD
+    };
+
+    for (size_t i = 0; i < sizeof(wrong) / sizeof(wrong[0]); i++) {
+        set_up();
+        memcpy((uint8_t *)&job + wrong[i].offset, &wrong[i].value, wrong[i].size);
+        REQUIRE(stereo_check(&stereo, &job) == wrong[i].field);
+        REQUIRE(stereo_submit(&stereo, &job, 0) == STATUS_BAD_ARGUMENT);
+    }
+    REQUIRE(stereo_submit(NULL, &job, 0) == STATUS_BAD_ARGUMENT);
+    REQUIRE(stereo_submit(&stereo, NULL, 0) == STATUS_BAD_ARGUMENT);
+    set_up();
+    job.width  = 40;
+    job.height = 9;
+    REQUIRE(stereo_check(&stereo, &job) == STEREO_FIELD_NONE);
+    REQUIRE(strcmp(stereo_field_name(STEREO_FIELD_BLOCK_SIZE), "block_size") == 0);
+}
+
+static void test_done(void)
+{
+    stereo_result_t result;
+
+    set_up();
+    REQUIRE(stereo_poll(&stereo, 0, &result) == STATUS_IDLE);
+    submit(1000);
+    REQUIRE(stereo_submit(&stereo, &job, 1000) == STATUS_BUSY);
+    REQUIRE(stereo_poll(&stereo, 2000, &result) == STATUS_BUSY);
+    require_all_done();
+    interrupt(1);
+    expect_read("status", 0);
+    expect_read("status", 0);
+    expect_read("clocks", 77000);
+    expect_read("first_row_clocks", 1700);
+    expect_call("memory_from_device");
+    REQUIRE(stereo_poll(&stereo, 80000, &result) == STATUS_OK);
+    require_all_done();
+    REQUIRE(result.error == STEREO_ERROR_NONE && result.clocks == 77000 && result.first_row_clocks == 1700);
+    REQUIRE(stereo_poll(&stereo, 80000, &result) == STATUS_IDLE && stereo.interrupts == 1);
+    submit(90000);
+    interrupt(0);
+    REQUIRE(stereo_poll(&stereo, 90001, &result) == STATUS_BUSY && stereo.interrupts == 1);
+}
+
+static void test_errors(void)
+{
+    stereo_result_t result;
+
+    for (uint32_t code = STEREO_ERROR_CONFIG; code <= STEREO_ERROR_ABORTED; code++) {
+        set_up();
+        submit(0);
+        interrupt(2);
+        expect_read("status", code << 8);
+        expect_read("status", code << 8);
+        REQUIRE(stereo_poll(&stereo, 100, &result) == STATUS_MATCHER);
+        require_all_done();
+        REQUIRE(result.error == code && result.clocks == 0);
+    }
+    /* The gateware still runs what the watchdog could not stop. */
+    set_up();
+    expect_read("status", BUSY);
+    REQUIRE(stereo_submit(&stereo, &job, 0) == STATUS_BUSY);
+    require_all_done();
+}
+
+static void test_watchdog(void)
+{
+    const uint64_t  budget = 100000 + 16 * 320 * 240;
+    stereo_result_t result;
+
+    set_up();
+    submit(5000);
+    REQUIRE(stereo_poll(&stereo, 5000 + budget, &result) == STATUS_BUSY);
+    require_all_done();
+    expect_read("status", BUSY);
+    expect_read("status", BUSY);
+    expect_write("control", 2);
+    expect_read("status", BUSY);
+    expect_read("status", 3 << 8);
+    expect_write("ev_pending", 3);
+    expect_read("status", 3 << 8);
+    REQUIRE(stereo_poll(&stereo, 5001 + budget, &result) == STATUS_TIMEOUT);
+    require_all_done();
+    REQUIRE(result.clocks == budget + 1 && stereo.timeouts == 1);
+    REQUIRE(stereo_poll(&stereo, 5002 + budget, &result) == STATUS_IDLE);
+
+    /* A frame whose interrupt was lost is late, but good. */
+    submit(0);
+    expect_read("status", 0);
+    expect_read("status", 0);
+    expect_read("clocks", 1);
+    expect_read("first_row_clocks", 1);
+    expect_call("memory_from_device");
+    REQUIRE(stereo_poll(&stereo, budget + 1, &result) == STATUS_OK);
+    require_all_done();
+}
+
+static void test_abort(void)
+{
+    set_up();
+    expect_read("status", 0);
+    expect_read("status", 0);
+    expect_write("ev_pending", 3);
+    REQUIRE(stereo_abort(&stereo) == STATUS_OK);
+    require_all_done();
+
+    submit(0);
+    expect_read("status", BUSY);
+    expect_write("control", 2);
+    mock_status_forever = BUSY;
+    REQUIRE(stereo_abort(&stereo) == STATUS_TIMEOUT);
+    require_all_done();
+    REQUIRE(mock_clock > 100000 && mock_clock < 110000);
+}
+
+int main(void)
+{
+    test_init();
+    test_check();
+    test_done();
+    test_errors();
+    test_watchdog();
+    test_abort();
+    return 0;
+}

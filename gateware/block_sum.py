@@ -1,0 +1,79 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+from migen import *
+
+from litex.gen import *
+
+from litex.soc.interconnect import stream
+
+from .common import *
+
+# Block Sum ----------------------------------------------------------------------------------------
+
+@ResetInserter()
+class BlockSum(LiteXModule):
+    """Per disparity, the sum of the last block_size column sums: the cost of the block that ends here.
+
+    A running sum along the row gains the newest column and loses the one block_size columns back, which comes from a
+    small ring memory. Arithmetic is modulo 2**cost_bits, so a cost is exact as soon as all of its columns are.
+    """
+    def __init__(self, max_width=640, disparities=64, max_block_size=9):
+        in_bits  = column_bits(max_block_size)
+        out_bits = cost_bits(max_block_size)
+        self.sink   = stream.Endpoint(lanes_layout("sums",  disparities, in_bits,  max_width)) # Pipeline.
+        self.source = stream.Endpoint(lanes_layout("costs", disparities, out_bits, max_width)) # Pipeline.
+
+        self.block_size = Signal(max=max_block_size + 1) # Side of the block: columns of delay.
+        self.latency    = 3
+
+        # # #
+
+        stages = pass_position(self, self.sink, self.source, self.latency)
+
+        # Ring of the last block_size columns.
+        # ------------------------------------
+        memory = Memory(disparities*in_bits, max_block_size, name="block_columns")
+        read   = memory.get_port(mode=READ_FIRST)
+        write  = memory.get_port(write_capable=True, mode=READ_FIRST)
+        self.specials += memory, read, write
+
+        address       = Signal(max=max_block_size)
+        write_address = Signal(max=max_block_size)
+        sums          = Signal(disparities*in_bits)
+        last          = Signal(max=max_block_size + 1)
+        self.comb += read.adr.eq(address)
+        self.sync += [
+            last.eq(self.block_size - 1),
+            If(self.sink.valid,
+                address.eq(address + 1),
+                # >=: the block size may have become smaller since the frame before.
+                If(address >= last,
+                    address.eq(0)
+                )
+            ),
+            write_address.eq(address),
+            sums.eq(self.sink.sums),
+        ]
+        self.comb += [
+            write.adr.eq(write_address),
+            write.dat_w.eq(sums),
+            write.we.eq(stages[1].valid),
+        ]
+
+        # Lanes: change of the cost, then the cost.
+        # -----------------------------------------
+        for newest, oldest, cost in zip(
+            lanes_of(sums,              disparities),
+            lanes_of(read.dat_r,        disparities),
+            lanes_of(self.source.costs, disparities),
+        ):
+            change = Signal(out_bits)
+            start  = Signal(out_bits)
+            result = Signal(out_bits)
+            self.sync += change.eq(newest - Mux(stages[1].column_old, oldest, 0))
+            self.comb += start.eq(Mux(stages[2].column_first, 0, result))
+            self.sync += If(stages[2].valid, result.eq(start + change))
+            self.comb += cost.eq(result)

@@ -1,0 +1,72 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+from migen import *
+
+from litex.gen import *
+
+from litex.soc.interconnect import stream
+
+from .common import *
+
+# Column Sum ---------------------------------------------------------------------------------------
+
+@ResetInserter()
+class ColumnSum(LiteXModule):
+    """Per disparity, the sum of the absolute differences of the last block_size pixels of a column.
+
+    The sums of the row above wait in one memory, a word of all disparities per column: each gains the pixel that
+    enters and loses the one that leaves. Arithmetic is modulo 2**column_bits, so a sum is exact as soon
+    as all of its pixels are.
+    """
+    def __init__(self, max_width=640, disparities=64, max_block_size=9):
+        bits = column_bits(max_block_size)
+        self.sink = stream.Endpoint([
+            ("enter", disparities*PIXEL_BITS),
+            ("leave", disparities*PIXEL_BITS),
+        ] + position_layout(max_width))                                                # Pipeline.
+        self.source  = stream.Endpoint(lanes_layout("sums", disparities, bits, max_width)) # Pipeline.
+        self.latency = 3
+
+        # # #
+
+        stages = pass_position(self, self.sink, self.source, self.latency)
+
+        # Memory of the row above, with a register behind it: block RAM is slow to answer.
+        # ---------------------------------------------------------------------------------
+        memory = Memory(disparities*bits, max_width, name="column_sums")
+        read   = memory.get_port(mode=READ_FIRST)
+        write  = memory.get_port(write_capable=True, mode=READ_FIRST)
+        self.specials += memory, read, write
+        self.comb += [
+            read.adr.eq(self.sink.column),
+            write.adr.eq(self.source.column),
+            write.dat_w.eq(self.source.sums),
+            write.we.eq(self.source.valid),
+        ]
+        above_row = Signal(disparities*bits)
+        self.sync += above_row.eq(read.dat_r)
+
+        # Lanes: change of the sum, then the sum.
+        # ---------------------------------------
+        for enter, leave, above, total in zip(
+            lanes_of(self.sink.enter,  disparities),
+            lanes_of(self.sink.leave,  disparities),
+            lanes_of(above_row,        disparities),
+            lanes_of(self.source.sums, disparities),
+        ):
+            leaving  = Signal(PIXEL_BITS)
+            entering = Signal(PIXEL_BITS)
+            change   = Signal(bits)
+            start    = Signal(bits)
+            result   = Signal(bits)
+            self.sync += [
+                entering.eq(enter),
+                leaving.eq(Mux(self.sink.row_old, leave, 0)),
+                change.eq(entering - leaving),
+            ]
+            self.comb += start.eq(Mux(stages[2].row_first, 0, above))
+            self.sync += result.eq(start + change)
+            self.comb += total.eq(result)

@@ -1,0 +1,93 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""Builds the simulators of the SoC and the firmware for them, once for each content."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from importlib.metadata import version
+from pathlib import Path
+
+from ..firmware import FIRMWARE_DIR
+from .paths import SIM_DIR, build_directory, built_once, content_key, source_key
+
+MEMORIES       = ("integrated-ram", "sdram")
+LITEX_PACKAGES = ("litex", "litedram", "migen", "pythondata-cpu-vexriscv")
+TOOLS          = {"verilator": "verilator", "riscv64-unknown-elf-gcc": "gcc-riscv64-unknown-elf", "make": "make",
+                  "g++": "g++"}
+
+#: Parameters of the simulated matcher: every image of the Middlebury sets of 2001 and 2003 fits.
+MATCHER = {"max_width": 640, "disparities": 64, "max_block_size": 15}
+
+
+class SimulationError(Exception):
+    """The simulation could not be built or started; the message says why and what to do."""
+
+
+def build_soc(memory: str = "integrated-ram") -> Path:
+    """Build the simulator of a SoC and the libraries for its firmware, unless they are there.
+
+    Parameters
+    ----------
+    memory
+        Main memory of the SoC: one of `MEMORIES`.
+
+    Returns
+    -------
+    LiteX's output folder: `gateware/obj_dir/Vsim`, `software/...`, `csr.json`.
+
+    Raises
+    ------
+    SimulationError
+        The build failed.
+    """
+    if memory not in MEMORIES:
+        raise SimulationError(f"unknown memory {memory!r}: choose one of {', '.join(MEMORIES)}")
+    package = SIM_DIR.parent
+    key     = content_key([memory, json.dumps(MATCHER), *(version(name) for name in LITEX_PACKAGES),
+                           source_key(package / "gateware", package / "soc", SIM_DIR / "modules")])
+
+    def build(folder: Path) -> None:
+        # A process of its own: LiteX changes the working directory, prints, and configures logging.
+        _run([sys.executable, "-m", "litestereo.soc.simulation", memory, str(folder), json.dumps(MATCHER),
+              str(SIM_DIR / "modules")], folder, f"the simulator of the SoC on {memory} (some minutes)")
+
+    return built_once(build_directory() / "soc" / f"{memory}-{key}", build)
+
+
+def build_firmware(soc: Path) -> Path:
+    """Build the firmware for a SoC that `build_soc` built, unless it is there; return the path of `litestereo.bin`.
+
+    Raises
+    ------
+    SimulationError
+        The build failed.
+    """
+    def build(folder: Path) -> None:
+        _run(["make", "-C", str(folder), "-f", str(FIRMWARE_DIR / "Makefile"), f"BUILD_DIR={soc}"], folder,
+             "the firmware")
+
+    key = content_key([soc.name, source_key(FIRMWARE_DIR)])
+    return built_once(build_directory() / "firmware" / f"{soc.name}-{key}", build) / "litestereo.bin"
+
+
+def _run(command: list[str], folder: Path, what: str) -> None:
+    """Run a build command with its output in a log, and the tools of our own virtual environment on the path."""
+    for tool, package in TOOLS.items():
+        if shutil.which(tool) is None:
+            raise SimulationError(f"{tool} is not installed: install the package {package}")
+    log = folder / "build.log"
+    print(f"building {what}, log in {log}", file=sys.stderr, flush=True)
+    environment = os.environ | {"PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
+    with open(log, "w") as file:
+        status = subprocess.run(command, stdout=file, stderr=file, stdin=subprocess.DEVNULL, check=False,
+                                env=environment).returncode
+    if status:
+        raise SimulationError(f"building {what} failed: see {log}")

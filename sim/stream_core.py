@@ -1,0 +1,175 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""Runs a stream core in Verilator: items into its sink, items out of its source."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from migen import Cat
+from numpy.typing import NDArray
+
+from .verilated import PortsTop, build_library
+
+
+class StreamTop(PortsTop):
+    """The core with its sink, source and settings as plain ports, whatever fields they have.
+
+    A pipeline core, one whose endpoints never stall, has no ready of its own.
+    """
+    def __init__(self, core, settings: Sequence[str], pipeline: bool) -> None:
+        PortsTop.__init__(self, core)
+        for side in ["sink", "source"]:
+            endpoint = getattr(core, side)
+            fields   = [getattr(endpoint, name) for name, *_ in endpoint.description.payload_layout]
+            data     = self.port(f"{side}_data", sum(len(field) for field in fields))
+            for name in ["valid", "ready", "first", "last"]:
+                port  = self.port(f"{side}_{name}", 1)
+                inner = getattr(endpoint, name)
+                if pipeline and name == "ready":
+                    self.comb += port.eq(1) if side == "sink" else []
+                elif (side == "sink") != (name == "ready"):
+                    self.comb += inner.eq(port)
+                else:
+                    self.comb += port.eq(inner)
+            self.comb += Cat(*fields).eq(data) if side == "sink" else data.eq(Cat(*fields))
+        for name in settings:
+            setting = getattr(core, name)
+            self.comb += setting.eq(self.port(f"setting_{name}", len(setting)))
+
+
+def ports_header(sink_bits: int, source_bits: int, settings: Sequence[str]) -> str:
+    """C++ functions that move words to and from the model's ports, which Verilator types by their width."""
+    def move(bits: int, port: str, target: str) -> list[str]:
+        lines = []
+        for index in range(-(-bits//32)):
+            part = f"model.{port}[{index}]" if bits > 64 else f"model.{port} >> {32*index}"
+            lines.append(f"    words[{index}] = {part};" if target == "words" else f"    {part} = words[{index}];")
+        if target == "port" and bits <= 64:
+            high  = " | (uint64_t)words[1] << 32" if bits > 32 else ""
+            lines = [f"    model.{port} = words[0]{high};"]
+        return lines
+
+    cases = [f"    case {index}: model.setting_{name} = value; break;" for index, name in enumerate(settings)]
+    return "\n".join([
+        '#include "Vcore.h"',
+        "using Model = Vcore;",
+        f"constexpr unsigned SINK_WORDS = {-(-sink_bits//32)}, SOURCE_WORDS = {-(-source_bits//32)};",
+        "static inline void set_sink(Model &model, const uint32_t *words)", "{",
+        *move(sink_bits, "sink_data", "port"), "}",
+        "static inline void get_source(Model &model, uint32_t *words)", "{",
+        *move(source_bits, "source_data", "words"), "}",
+        "static inline void set_setting(Model &model, uint32_t setting, uint32_t value)", "{",
+        "    switch (setting) {", *cases, "    }", "}", ""])
+
+
+class _Run(ctypes.Structure):
+    """Mirror of `struct Run` in stream_bench.cpp."""
+    _fields_ = ([("input", ctypes.c_void_p), ("input_marks", ctypes.c_void_p), ("inputs", ctypes.c_uint64),
+                 ("output", ctypes.c_void_p), ("output_marks", ctypes.c_void_p), ("outputs", ctypes.c_uint64),
+                 ("idle_clocks", ctypes.c_uint64), ("valid_per_mille", ctypes.c_uint32),
+                 ("ready_per_mille", ctypes.c_uint32)]
+                + [(name, ctypes.c_uint64) for name in ("seed", "reset_clock", "probe", "accepted", "captured",
+                                                        "clocks", "probe_clock")])
+
+
+@dataclass(frozen=True)
+class RunResult:
+    """What came out of a run."""
+    words: NDArray[np.uint32]  #: captured items, N x words of an item
+    first: NDArray[np.bool_]   #: mark of each
+    last: NDArray[np.bool_]    #: mark of each
+    accepted: int              #: items that the sink took
+    clocks: int                #: from the first clock of the run to the last item captured
+    probe_clock: int           #: likewise to the item asked for
+
+
+class StreamCore:
+    """A stream core as Verilator runs it.
+
+    Parameters
+    ----------
+    core
+        Module with the endpoints `sink` and `source`.
+    settings
+        Names of the core's Signals that `set` may drive.
+    pipeline
+        The core never stalls and has no ready.
+    """
+    def __init__(self, core, settings: Sequence[str] = (), pipeline: bool = False) -> None:
+        self.settings    = list(settings)
+        top              = StreamTop(core, settings, pipeline)
+        bits             = {side: sum(len(getattr(getattr(core, side), name))
+                                      for name, *_ in getattr(core, side).description.payload_layout)
+                            for side in ("sink", "source")}
+        self.sink_words   = -(-bits["sink"]//32)
+        self.source_words = -(-bits["source"]//32)
+        library           = build_library(top, ports_header(bits["sink"], bits["source"], settings), "stream_bench.cpp")
+        self._library     = ctypes.CDLL(str(library))
+        self._library.core_new.restype  = ctypes.c_void_p
+        for name, types in [("core_free", []), ("core_reset", []), ("core_run", [ctypes.POINTER(_Run)]),
+                            ("core_set", [ctypes.c_uint32, ctypes.c_uint32])]:
+            function          = getattr(self._library, name)
+            function.restype  = None
+            function.argtypes = [ctypes.c_void_p, *types]
+        self._core = self._library.core_new()
+        self.reset()
+
+    def close(self) -> None:
+        """Free the model."""
+        if self._core:
+            self._library.core_free(self._core)
+            self._core = None
+
+    def reset(self) -> None:
+        """One clock of reset."""
+        self._library.core_reset(self._core)
+
+    def set(self, **settings: int) -> None:
+        """Drive settings, by name."""
+        for name, value in settings.items():
+            self._library.core_set(self._core, self.settings.index(name), value)
+
+    def run(self, words: NDArray[np.uint32], outputs: int, *, first: NDArray[np.bool_] | None = None,
+            last: NDArray[np.bool_] | None = None, valid: float = 1.0, ready: float = 1.0, seed: int = 0,
+            reset_clock: int = 0, probe: int = 0, idle_clocks: int = 20000) -> RunResult:
+        """Feed the sink and capture the source, until `outputs` items have come or nothing moves any more.
+
+        Parameters
+        ----------
+        words
+            Items for the sink, uint32, N x `sink_words` (or N if an item fits one word); fields in the order of the layout
+            from bit 0.
+        outputs
+            Number of items to capture.
+        first, last
+            Marks of the items.
+        valid, ready
+            Chance, per clock, that the next item is offered and that the source is ready.
+        seed
+            Seeds these chances.
+        reset_clock
+            Stop at this clock, if above 0; call `reset` afterwards.
+        probe
+            Index of the captured item whose clock is wanted.
+        idle_clocks
+            Clocks without any transfer after which the run ends.
+        """
+        items  = np.ascontiguousarray(words, np.uint32).reshape(-1, self.sink_words)
+        marks  = np.zeros(len(items), np.uint8)
+        marks |= 0 if first is None else first.astype(np.uint8)
+        marks |= 0 if last  is None else last.astype(np.uint8) << 1
+        output       = np.zeros((outputs, self.source_words), np.uint32)
+        output_marks = np.zeros(outputs, np.uint8)
+        run = _Run(items.ctypes.data, marks.ctypes.data, len(items), output.ctypes.data, output_marks.ctypes.data,
+                   outputs, idle_clocks, round(1000*valid), round(1000*ready), seed, reset_clock, probe)
+        self._library.core_run(self._core, ctypes.byref(run))
+        count = run.captured
+        return RunResult(output[:count], (output_marks[:count] & 1) != 0, (output_marks[:count] & 2) != 0,
+                         run.accepted, run.clocks, run.probe_clock)

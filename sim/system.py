@@ -1,0 +1,158 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""The full system, SoC and firmware, as a running litex_sim process."""
+
+from __future__ import annotations
+
+import ctypes
+import json
+import re
+import shutil
+import signal
+import socket
+import subprocess
+import tempfile
+import time
+import zlib
+from pathlib import Path
+from types import TracebackType
+
+from .build import SimulationError, build_firmware, build_soc
+from .paths import build_directory
+
+PROMPT = b"litestereo> "
+
+
+class Simulation:
+    """A running simulation: a process, and the TCP port of its UART.
+
+    Use as a context manager, or call `close`.
+    """
+    def __init__(self, process: subprocess.Popen[bytes], folder: Path) -> None:
+        self.port     = 0        #: of 127.0.0.1
+        self.folder   = folder   #: where it runs
+        self._process = process
+
+    def __enter__(self) -> Simulation:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, value: BaseException | None,
+                 trace: TracebackType | None) -> None:
+        self.close()
+
+    def running(self) -> bool:
+        """Whether the process is alive."""
+        return self._process.poll() is None
+
+    def log(self) -> str:
+        """What the simulator has printed."""
+        return (self.folder / "simulation.log").read_text(errors="replace")
+
+    def wait(self) -> None:
+        """Return when the process has ended."""
+        self._process.wait()
+
+    def close(self) -> None:
+        """End the process and remove its folder."""
+        self._process.kill()
+        self._process.wait()
+        shutil.rmtree(self.folder, ignore_errors=True)
+
+
+def start_simulation(ram: str = "integrated-ram", port: int = 0, timeout_s: float = 300.0) -> Simulation:
+    """Build what is missing, start the simulation and wait for the firmware's prompt.
+
+    Parameters
+    ----------
+    ram
+        Main memory of the SoC: `integrated-ram` or `sdram`.
+    port
+        TCP port of 127.0.0.1 for the UART; 0 picks a free one.
+    timeout_s
+        Longest wait for the prompt, in seconds.
+
+    Raises
+    ------
+    SimulationError
+        A build failed, the port is in use, or the firmware did not start.
+    """
+    soc      = build_soc(ram)
+    firmware = build_firmware(soc).read_bytes()
+    runs     = build_directory() / "run"
+    runs.mkdir(parents=True, exist_ok=True)
+    folder   = Path(tempfile.mkdtemp(prefix=f"{ram}-", dir=runs))
+    _prepare(folder, soc / "gateware", ram, firmware, port)
+    with open(folder / "simulation.log", "wb") as log:
+        process = subprocess.Popen([soc / "gateware" / "obj_dir" / "Vsim"], cwd=folder, stdout=log, stderr=log,
+                                   stdin=subprocess.DEVNULL, preexec_fn=_die_with_parent)
+    simulation = Simulation(process, folder)
+    try:
+        deadline        = time.monotonic() + timeout_s
+        simulation.port = _listening_port(simulation, port, deadline)
+        _wait_for_prompt(simulation, deadline)
+    except BaseException:
+        simulation.close()
+        raise
+    return simulation
+
+
+def _prepare(folder: Path, gateware: Path, ram: str, firmware: bytes, port: int) -> None:
+    """Fill the folder that litex_sim runs in: its modules, its configuration and the contents of its memories."""
+    modules = folder / "modules"
+    modules.mkdir()
+    for name in ["clocker", "serial2socket"]:
+        (modules / f"{name}.so").symlink_to(gateware / "modules" / f"{name}.so")
+    config = json.loads((gateware / "sim_config.js").read_text())
+    for module in config:
+        if module.get("module") == "serial2socket":
+            module["args"] = {"port": port}
+    (folder / "sim_config.js").write_text(json.dumps(config))
+
+    if ram == "sdram":
+        # The image that LiteX's BIOS boots from flash: length, CRC-32, firmware.
+        firmware = len(firmware).to_bytes(4, "little") + zlib.crc32(firmware).to_bytes(4, "little") + firmware
+    memory, word_bytes = {"integrated-ram": ("sim_main_ram.init", 16), "sdram": ("sim_flash.init", 4)}[ram]
+    for path in gateware.glob("*.init"):
+        if path.name != memory:
+            (folder / path.name).symlink_to(path)
+    firmware += bytes(-len(firmware) % word_bytes)
+    words = (firmware[index:index + word_bytes][::-1].hex() for index in range(0, len(firmware), word_bytes))
+    (folder / memory).write_text("\n".join(words) + "\n")
+
+
+def _die_with_parent() -> None:
+    """Ask Linux to end this process when its parent ends, however that happens."""
+    set_parent_death_signal = 1
+    ctypes.CDLL(None).prctl(set_parent_death_signal, signal.SIGKILL)
+
+
+def _listening_port(simulation: Simulation, port: int, deadline: float) -> int:
+    while time.monotonic() < deadline:
+        if match := re.search(r"listening on 127\.0\.0\.1:(\d+)", simulation.log()):
+            return int(match[1])
+        if not simulation.running():
+            if "cannot listen" in simulation.log():
+                raise SimulationError(f"port {port} is in use: choose another, or 0 for a free one")
+            raise SimulationError(f"the simulator ended at once: {simulation.log().strip()[-200:]}")
+        time.sleep(0.02)
+    raise SimulationError("the simulator did not start in time")
+
+
+def _wait_for_prompt(simulation: Simulation, deadline: float) -> None:
+    """Read the console until the firmware asks for input. The next client then begins with a silent line."""
+    text = b""
+    with socket.create_connection(("127.0.0.1", simulation.port), timeout=10) as console:
+        console.settimeout(1)
+        while PROMPT not in text:
+            if time.monotonic() > deadline:
+                raise SimulationError(f"the firmware did not start in time; it said: {text[-200:]!r}")
+            try:
+                received = console.recv(4096)
+            except TimeoutError:
+                continue
+            if not received:
+                raise SimulationError(f"the simulator ended: {simulation.log().strip()[-200:]}")
+            text += received

@@ -1,0 +1,75 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""Builds the emitted Verilog of a core, with a C++ bench around it, into a library for this process."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+from pathlib import Path
+
+from litex.gen import LiteXModule
+from litex.gen.fhdl import verilog
+from migen import ClockDomain, Signal
+
+from .paths import SIM_DIR, build_directory, built_once, content_key
+
+VERILATOR_OPTIONS = ["--cc", "--exe", "-O3", "--x-assign", "fast", "--x-initial", "fast", "--noassert",
+                     "-Wno-fatal", "-Wno-WIDTH", "-Wno-CASEINCOMPLETE", "--top-module", "core",
+                     "-CFLAGS", "-O2 -fPIC", "-LDFLAGS", "-shared", "-o", "core.so"]
+
+
+class PortsTop(LiteXModule):
+    """Top level around a core: its clock, its reset, and ports of chosen names."""
+    def __init__(self, core: LiteXModule) -> None:
+        self.core   = core
+        self.cd_sys = ClockDomain("sys")
+        self.ios    = {self.cd_sys.clk, self.cd_sys.rst}
+
+    def port(self, name: str, bits: int) -> Signal:
+        """New port; whether it is an input follows from its use."""
+        signal = Signal(bits, name_override=name)
+        self.ios.add(signal)
+        return signal
+
+
+def build_library(top: PortsTop, header: str, bench: str) -> Path:
+    """Emit Verilog, compile it with the bench, once for each content; return the shared library.
+
+    Parameters
+    ----------
+    top
+        Top level.
+    header
+        Contents of `ports.h`, which tells the bench what the ports are.
+    bench
+        Name of the bench's C++ file, in this folder.
+
+    Raises
+    ------
+    RuntimeError
+        Verilator or the compiler failed; the message names the log.
+    """
+    source  = str(verilog.convert(top, ios=top.ios, name="core"))
+    program = (SIM_DIR / bench).read_text()
+    version = subprocess.run(["verilator", "--version"], check=True, capture_output=True, text=True).stdout
+    # Comments hold the date.
+    logic   = re.sub(r"^//.*$", "", source, flags=re.MULTILINE)
+    key     = content_key([logic, header, program, version, *VERILATOR_OPTIONS])
+
+    def build(folder: Path) -> None:
+        (folder / "core.v").write_text(source)
+        (folder / "ports.h").write_text(header)
+        (folder / bench).write_text(program)
+        log = folder / "build.log"
+        with open(log, "w") as file:
+            for command in [["verilator", *VERILATOR_OPTIONS, "-CFLAGS", f"-I{folder}", "core.v", bench],
+                            ["make", "-s", "-j2", "-C", "obj_dir", "-f", "Vcore.mk"]]:
+                status = subprocess.run(command, cwd=folder, stdout=file, stderr=file, check=False).returncode
+                if status:
+                    raise RuntimeError(f"{command[0]} failed with status {status}: see {log}")
+
+    return built_once(build_directory() / "cosim" / key, build) / "obj_dir" / "core.so"

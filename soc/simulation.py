@@ -1,0 +1,145 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""The SoC in litex_sim: on integrated RAM, or on LiteDRAM's model of the Colorlight i5's SDRAM."""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+
+from migen import *
+
+from litex.build.generic_platform import Pins, Subsignal
+from litex.build.sim              import SimPlatform
+from litex.build.sim.config       import SimConfig
+from litex.soc.integration.builder import Builder
+from litex.soc.integration.soc    import SoCRegion
+
+from litedram.modules   import M12L64322A
+from litedram.phy.model import SDRAMPHYModel
+
+from migen.genlib.io import CRG
+
+from .stereo_soc import StereoSoC
+from .wide_ram   import WideRAM
+
+MAIN_RAM_BYTES = 8*1024*1024 # As the SDRAM of a Colorlight i5.
+FLASH_ORIGIN   = 0x3000_0000
+FLASH_BYTES    = 256*1024
+
+LIBRARIES = ["libc", "libcompiler_rt", "libbase"]
+
+# One simulated second is a million clocks: the firmware's time-outs, in seconds, then fit the simulation's pace.
+SYS_CLK_FREQ = int(1e6)
+
+IO = [
+    ("sys_clk", 0, Pins(1)),
+    ("sys_rst", 0, Pins(1)),
+    ("serial",  0,
+        Subsignal("source_valid", Pins(1)),
+        Subsignal("source_ready", Pins(1)),
+        Subsignal("source_data",  Pins(8)),
+        Subsignal("sink_valid",   Pins(1)),
+        Subsignal("sink_ready",   Pins(1)),
+        Subsignal("sink_data",    Pins(8)),
+    ),
+]
+
+# Simulated SoCs -----------------------------------------------------------------------------------
+
+class SimulatedSoC(StereoSoC):
+    """What both simulated SoCs share: clock from the simulator, UART as a byte stream."""
+    def __init__(self, name, **kwargs):
+        StereoSoC.__init__(self, SimPlatform("SIM", IO), SYS_CLK_FREQ, name=name, uart_name="sim", **kwargs)
+        self.comb += self.platform.trace.eq(0)
+
+    def add_clocking(self, platform, sys_clk_freq):
+        self.crg = CRG(platform.request("sys_clk"))
+
+    @staticmethod
+    def sim_config():
+        """Configuration of litex_sim: the clock, and the UART on a socket."""
+        config = SimConfig()
+        config.add_clocker("sys_clk", freq_hz=SYS_CLK_FREQ)
+        config.add_module("serial2socket", "serial")
+        return config
+
+class IntegratedRAMSoC(SimulatedSoC):
+    """Main memory on chip, with a DMA side of its own; the CPU starts the firmware in it, there is no BIOS."""
+    def __init__(self, **kwargs):
+        SimulatedSoC.__init__(self, "sim-ram",
+            integrated_rom_size = 0,
+            cpu_reset_address   = self.mem_map["main_ram"],
+            **kwargs)
+        # LiteX builds software for SoCs with a ROM: build it, but no BIOS.
+        self.cpu.use_rom                = True
+        self.integrated_rom_initialized = True
+
+    def add_main_memory(self):
+        # A first word makes the memory load its file; the firmware comes in there.
+        self.main_ram = WideRAM(MAIN_RAM_BYTES, init=[0])
+        self.bus.add_slave("main_ram", self.main_ram.bus,
+            SoCRegion(origin=self.mem_map["main_ram"], size=MAIN_RAM_BYTES, mode="rwx"))
+        return self.main_ram
+
+class SDRAMSoC(SimulatedSoC):
+    """Main memory in SDRAM; LiteX's BIOS starts it and copies the firmware there from flash, as on a board."""
+    def __init__(self, **kwargs):
+        SimulatedSoC.__init__(self, "sim-sdram", integrated_rom_size=64*1024, **kwargs)
+
+    def add_main_memory(self):
+        # The chip's timing at 60 MHz, the clock of the board.
+        module       = M12L64322A(int(60e6), "1:1")
+        self.sdrphy  = SDRAMPHYModel(module, data_width=32, clk_freq=int(60e6))
+        self.add_sdram("sdram", phy=self.sdrphy, module=module, size=MAIN_RAM_BYTES, l2_cache_size=0)
+        # A short memory test: each word of it is seconds of simulation.
+        self.add_constant("MEMTEST_DATA_SIZE", 4*1024)
+        self.add_constant("MEMTEST_ADDR_SIZE", 4*1024)
+        self.add_ram("flash", origin=FLASH_ORIGIN, size=FLASH_BYTES, contents=[0], mode="rx")
+        self.add_constant("FLASH_BOOT_ADDRESS", FLASH_ORIGIN)
+        return None
+
+SOCS = {"integrated-ram": IntegratedRAMSoC, "sdram": SDRAMSoC}
+
+# Build --------------------------------------------------------------------------------------------
+
+def build(memory, output_dir, matcher, modules_dir):
+    """Build simulator and libraries.
+
+    Parameters
+    ----------
+    memory : str
+        Key of `SOCS`.
+    output_dir : str
+        LiteX's output folder.
+    matcher : dict
+        Parameters of the matcher: see `StereoSoC`.
+    modules_dir : str
+        Sources of our litex_sim modules.
+    """
+    soc     = SOCS[memory](**matcher)
+    builder = Builder(soc, output_dir=output_dir, csr_json=os.path.join(output_dir, "csr.json"))
+    # LiteX writes a makefile into the folder of additional modules: give it a copy.
+    modules_copy = os.path.join(output_dir, "modules")
+    shutil.copytree(modules_dir, modules_copy)
+    # Of LiteX's libraries only what the firmware and, where there is one, the BIOS link.
+    if soc.integrated_rom_initialized:
+        builder.software_packages  = [p for p in builder.software_packages  if p[0] in LIBRARIES]
+        builder.software_libraries = [l for l in builder.software_libraries if l    in LIBRARIES]
+    builder.build(
+        run             = False,
+        sim_config      = soc.sim_config(),
+        interactive     = False,
+        extra_mods      = ["serial2socket"],
+        extra_mods_path = modules_copy,
+        opt_level       = "O3",
+    )
+    subprocess.run(["bash", "build_sim.sh"], cwd=builder.gateware_dir, check=True)
+
+if __name__ == "__main__":
+    memory, output_dir, matcher, modules_dir = sys.argv[1:]
+    build(memory, output_dir, json.loads(matcher), modules_dir)

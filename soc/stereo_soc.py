@@ -1,0 +1,69 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+from migen import *
+
+from litex.gen import *
+
+from litex.soc.integration.soc_core import SoCCore
+
+from .add_stereo import StereoMixin
+
+# Stereo SoC ---------------------------------------------------------------------------------------
+
+class StereoSoC(StereoMixin, SoCCore):
+    """The SoC of every target: VexRiscv, main memory, matcher and link.
+
+    A target says what differs by overriding `add_clocking`, `add_main_memory` and `add_link`.
+
+    Parameters
+    ----------
+    platform
+        LiteX platform of the board or of the simulation.
+    sys_clk_freq : int
+        System clock in Hz.
+    max_width, disparities, max_block_size, burst_bytes : int
+        Of the matcher: see `StereoMixin.add_stereo`.
+    name : str
+        What the device calls itself, at most 15 ASCII characters.
+    **kwargs
+        Passed on to `SoCCore`.
+    """
+    def __init__(self, platform, sys_clk_freq, max_width=640, disparities=64, max_block_size=9, burst_bytes=128,
+        name="litestereo", **kwargs):
+        soc_kwargs = dict(
+            ident           = f"LiteStereo on {name}",
+            cpu_type        = "vexriscv",
+            cpu_variant     = "standard",
+            timer_uptime    = True,
+            # The firmware polls: deep enough for what arrives while it does something else.
+            uart_fifo_depth = 256,
+        )
+        soc_kwargs.update(kwargs)
+        self.add_clocking(platform, sys_clk_freq)
+        SoCCore.__init__(self, platform, clk_freq=sys_clk_freq, **soc_kwargs)
+        self.add_constant("LITESTEREO_NAME", name)
+        memory = self.add_main_memory()
+        self.add_stereo(
+            max_width      = max_width,
+            disparities    = disparities,
+            max_block_size = max_block_size,
+            memory         = memory,
+            burst_bytes    = burst_bytes,
+        )
+        self.add_link()
+
+    # Hooks ----------------------------------------------------------------------------------------
+
+    def add_clocking(self, platform, sys_clk_freq):
+        """Create the clock domain `sys`."""
+        raise NotImplementedError
+
+    def add_main_memory(self):
+        """Add the region `main_ram`; return what gives the matcher its ports, or None for `add_stereo`'s choice."""
+        raise NotImplementedError
+
+    def add_link(self):
+        """Add links besides the UART."""
