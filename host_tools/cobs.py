@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Consistent Overhead Byte Stuffing (Cheshire and Baker, 1999): bytes without zeros, so that zero can delimit."""
+"""Consistent Overhead Byte Stuffing (Cheshire and Baker, 1999): data without zeros, so that one can delimit."""
 
 from __future__ import annotations
 

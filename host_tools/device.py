@@ -12,11 +12,11 @@ import inspect
 from dataclasses import replace
 from typing import Protocol
 
+from .call import LinkSettings
 from .devices.base import Device, DeviceInfo, Result
 from .devices.local import one_line, open_cosim, open_model
 from .devices.remote import RemoteDevice
 from .errors import DeviceError, UrlError
-from .link import LinkSettings
 from .transports import open_transport
 from .urls import DeviceUrl, parse_url
 
@@ -33,10 +33,11 @@ class _Simulation(Protocol):
 
 
 def connect(url: str, link_settings: LinkSettings | None = None) -> Device:
-    """The device at `url`, with a session begun if it is a remote one. Close it, or use it as a context manager.
+    """The device at `url`, with a session begun if it is a remote one. Use it as a context manager.
 
-    `tcp://host:port` and `serial:/dev/ttyUSB0?baud=1000000` are devices behind a line; `sim:` is the full system in
-    simulation, started for the purpose; `cosim:` the gateware alone in Verilator; `model:` the reference in NumPy.
+    `tcp://host:port` and `serial:/dev/ttyUSB0?baud=1000000` are devices behind a line; `sim:` is the full
+    system in simulation, started for the purpose; `cosim:` the gateware alone in Verilator; `model:` the
+    reference in NumPy.
 
     Parameters
     ----------
@@ -67,14 +68,14 @@ def connect(url: str, link_settings: LinkSettings | None = None) -> Device:
 def _open_simulation(url: DeviceUrl, link_settings: LinkSettings) -> Device:
     """Starts the simulated system, with the URL's options, and connects to it."""
     options    = {name: int(text) if text.isdecimal() else text for name, text in url.options.items()}
+    limit_s    = max(_SIMULATION_HELLO_LIMIT_S, link_settings.hello_limit_s)
     simulation = _start(url, options)
-    settings   = replace(link_settings, hello_limit_s=max(_SIMULATION_HELLO_LIMIT_S, link_settings.hello_limit_s))
     try:
         line = open_transport(parse_url(f"tcp://127.0.0.1:{simulation.port}"))
     except BaseException:
         simulation.close()
         raise
-    return RemoteDevice(url.text, line, settings, simulation.close)
+    return RemoteDevice(url.text, line, replace(link_settings, hello_limit_s=limit_s), simulation.close)
 
 
 def _start(url: DeviceUrl, options: dict[str, int | str]) -> _Simulation:
