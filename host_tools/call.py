@@ -21,10 +21,10 @@ _FRAMING_BYTES = 3
 class LinkSettings:
     """Limits of a link.
 
-    `window_bytes` bounds the bytes in flight, each way. A request is sent again when no reply at all has come for
-    `timeout_floor_s` and the time that the bytes in flight may take; `initial_bytes_per_s` is the speed until it
-    has been measured, and that of a slow simulation. The link gives up after `max_tries` of one request, or after
-    `silence_limit_s`, when it begins `hello_limit_s`, without any reply.
+    `window_bytes` bounds the bytes in flight, each way. A request is sent again when no reply at all has come
+    for `timeout_floor_s` and the time that the bytes in flight may take; `initial_bytes_per_s` is the speed
+    until it has been measured, and that of a slow simulation. The link gives up after `max_tries` of one
+    request, or after `silence_limit_s`, when it begins `hello_limit_s`, without any reply.
     """
 
     window_bytes:        int   = 4096

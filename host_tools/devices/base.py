@@ -76,7 +76,8 @@ def check_minimum_size(width: int, height: int, settings: MatcherSettings) -> No
     min_width, min_height = settings.minimum_size
     if width < min_width or height < min_height:
         raise ImageError(f"images of {width}x{height} pixels are too small for {settings.disparities} "
-                         f"disparities and block size {settings.block_size}: at least {min_width}x{min_height}")
+                         f"disparities and block size {settings.block_size}: at least "
+                         f"{min_width}x{min_height}")
 
 
 def check_pair(left: NDArray[np.uint8], right: NDArray[np.uint8]) -> None:
@@ -95,8 +96,8 @@ class Result:
     """A matched pair.
 
     `disparity` is int16, H x W, in sixteenths of a pixel, -16 where there is none. `clocks` counts from the
-    start to the last write, `first_row_clocks` to the end of the first row that has disparities; both are None
-    where nothing counts clocks. The seconds are wall-clock time of this host.
+    start to the last write, `first_row_clocks` to the end of the first row that has disparities; both are
+    None where nothing counts clocks. The seconds are wall-clock time of this host.
     """
 
     disparity:        NDArray[np.int16]

@@ -21,7 +21,7 @@ from .base import Pair, Result
 
 
 class Frame:
-    """The host's side of an open frame: size in pixels, times of its phases, the map as far as it has come."""
+    """The host's side of an open frame: size in pixels, times of its phases, the map as it comes."""
 
     def __init__(self, frame_id: int, pair: Pair, settings: MatcherSettings) -> None:
         self.frame_id           = frame_id
@@ -61,8 +61,9 @@ class Frame:
 
     def result(self, status: FrameStatus) -> Result:
         """The frame's result, once all of the map has come."""
+        disparity = np.frombuffer(self._map, "<i2").astype(np.int16)
         return Result(
-            disparity        = np.frombuffer(self._map, "<i2").astype(np.int16).reshape(self.height, self.width),
+            disparity        = disparity.reshape(self.height, self.width),
             settings         = self.settings,
             clocks           = status.clocks,
             first_row_clocks = status.first_row_clocks,

@@ -106,7 +106,8 @@ class RemoteDevice(Device):
                progress: Progress | None = None) -> Iterator[Result]:
         """Matches pair after pair; while one is matched and fetched the next is on its way.
 
-        Raises as `Device.stream`. If the iterator is dropped before its end, the frames under way are released.
+        Raises as `Device.stream`. If the iterator is dropped before its end, the frames under way are
+        released.
         """
         settings = settings or self._info.default_settings()
         overlap  = self._info.slots > 1

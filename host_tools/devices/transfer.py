@@ -32,8 +32,8 @@ _MATCH_LIMIT_S = 120.0
 class Transfer:
     """The steps of a frame, in the order `begin_upload`, `finish_upload`, `collect`.
 
-    Those of two frames may interleave. All raise DeviceError, or one of its children, if the device refuses, fails
-    or does not answer.
+    Those of two frames may interleave. All raise DeviceError, or one of its children, if the device refuses,
+    fails or does not answer.
     """
 
     def __init__(self, link: Link) -> None:

@@ -57,7 +57,7 @@ class SerialTransport:
             raise self._lost() from None
 
     def _lost(self) -> DeviceError:
-        return DeviceError(f"{self._path} is gone: was the device unplugged, or does another program read it?")
+        return DeviceError(f"{self._path} is gone: is the device unplugged, or does another program use it?")
 
     def close(self) -> None:
         """Closes the port."""

@@ -150,8 +150,8 @@ def test_a_cosim_that_cannot_be_built_is_one_line(monkeypatch):
         connect("cosim:")
 
 
-@pytest.mark.parametrize("url", ["model:?width=3", "cosim:?disparities=x", "cosim:?disparities=8", "model:?max_width=0",
-                                 "cosim:?ram=sdram"])
+@pytest.mark.parametrize("url", ["model:?width=3", "cosim:?disparities=x", "cosim:?disparities=8",
+                                 "model:?max_width=0", "cosim:?ram=sdram"])
 def test_wrong_options_are_refused(url):
     with pytest.raises(UrlError):
         connect(url)
