@@ -119,18 +119,26 @@ class Link:
         self._transport.write(text.encode())
 
     def _fill_window(self) -> None:
-        while queue := self._urgent or self._waiting:
-            call = queue[0]
-            for bytes_each_way in ([len(other.framed) for other in (call, *self._outstanding.values())],
-                                   [other.reply_bytes for other in (call, *self._outstanding.values())]):
-                if self._outstanding and sum(bytes_each_way) > self._settings.window_bytes:
-                    return
-            queue.popleft()
+        while call := self._next_that_fits():
             if not self._outstanding:
                 self._progress_at = time.monotonic()
             self._outstanding[call.request.sequence] = call
             self.counters.requests += 1
             self._send(call)
+
+    def _next_that_fits(self) -> Call | None:
+        """Takes the next request from its queue, unless the window is too full for it."""
+        # While downloads fill the way back, uploads can still use the way there.
+        for queue in (self._urgent, self._waiting):
+            if queue and self._fits(queue[0]):
+                return queue.popleft()
+        return None
+
+    def _fits(self, call: Call) -> bool:
+        calls    = (call, *self._outstanding.values())
+        to_there = sum(len(other.framed) for other in calls)
+        to_here  = sum(other.reply_bytes for other in calls)
+        return len(calls) == 1 or max(to_there, to_here) <= self._settings.window_bytes
 
     def _send(self, call: Call) -> None:
         # One delimiter more ends whatever the device takes for the beginning of a frame, be it left behind by

@@ -77,6 +77,7 @@ class Transfer:
         return frame.result(status)
 
     def _wait_for_match(self, frame: Frame) -> FrameStatus:
+        begin  = time.monotonic()
         poll_s = _MIN_POLL_S
         while True:
             reply  = self._link.call(MessageType.STATUS, frame_id=frame.frame_id)
@@ -88,12 +89,11 @@ class Transfer:
             if status.state not in (FrameState.READY, FrameState.MATCHING):
                 raise DeviceError(f"the device lost frame {frame.frame_id} (state {status.state}): "
                                   "connect again")
-            if time.monotonic() - frame.started_at > _MATCH_LIMIT_S:
+            if time.monotonic() - begin > _MATCH_LIMIT_S:
                 raise LinkTimeout(f"the device has not matched frame {frame.frame_id} within "
                                   f"{_MATCH_LIMIT_S:g} s: restart it")
             self._link.idle(poll_s)
             poll_s = min(1.5*poll_s, _MAX_POLL_S)
-
 
 
 def _steps(phase: str, total: int, progress: Progress | None) -> Callable[[object], None] | None:

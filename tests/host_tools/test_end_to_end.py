@@ -124,6 +124,15 @@ def test_the_next_upload_overlaps_the_match():
         assert device.statistics()["chunks_while_matching"] == 3*chunk_count(110, 60)
 
 
+def test_the_next_upload_overlaps_the_download(shared_url):
+    """The line carries both ways at once, so neither has to wait for the other."""
+    steps = []
+    with connect(shared_url) as device:
+        list(device.stream(pairs(2, 200, 100), SETTINGS, lambda *step: steps.append(step[:2])))
+    first_download = steps[steps.index(("download", 1)):steps.index(("download", 40))]
+    assert sum(phase == "upload" for phase, _ in first_download) > 20
+
+
 def test_a_stream_dropped_half_way_leaves_no_frame_behind(shared_url):
     sent = pairs(3)
     with connect(shared_url) as device:
