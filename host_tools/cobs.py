@@ -3,7 +3,10 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Consistent Overhead Byte Stuffing (Cheshire and Baker, 1999): bytes without zeros, so that zero can delimit."""
+"""Consistent Overhead Byte Stuffing (Cheshire and Baker, 1999).
+
+Encoded data has no zeros, so that a zero can delimit it.
+"""
 
 from __future__ import annotations
 

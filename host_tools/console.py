@@ -25,9 +25,10 @@ _EMPTY_LINE_S = 2.0
 def run_line(link: Link, line: str, timeout_s: float) -> str:
     """Types `line`; returns what the device prints, without echo and prompt.
 
-    The text ends at the prompt, or when nothing has come for `timeout_s`. Raises LinkTimeout if nothing comes at all.
+    The text ends at the prompt, or when nothing has come for `timeout_s`. Raises LinkTimeout then
+    if there was no text at all.
     """
-    # A line of its own first: it ends whatever noise has typed, and what comes before its prompt is of no interest.
+    # An empty line first: it ends what noise has typed, and what comes up to its prompt is of no interest.
     link.write_console("\n")
     _read(link, min(timeout_s, _EMPTY_LINE_S))
     link.write_console(line + "\n")
@@ -39,7 +40,7 @@ def run_line(link: Link, line: str, timeout_s: float) -> str:
 
 
 def _read(link: Link, timeout_s: float) -> str:
-    """Console text up to the next prompt, or until nothing has come for `timeout_s`; line ends are newlines."""
+    """Console text up to the next prompt, or until nothing comes for `timeout_s`; line ends are newlines."""
     text     = ""
     quiet_at = time.monotonic() + timeout_s
     while not text.endswith(PROMPT) and time.monotonic() < quiet_at:

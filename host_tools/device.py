@@ -9,15 +9,14 @@ from __future__ import annotations
 
 import importlib
 import inspect
-import subprocess
 from dataclasses import replace
 from typing import Protocol
 
+from .call import LinkSettings
 from .devices.base import Device, DeviceInfo, Result
 from .devices.local import one_line, open_cosim, open_model
 from .devices.remote import RemoteDevice
 from .errors import DeviceError, UrlError
-from .link import LinkSettings
 from .transports import open_transport
 from .urls import DeviceUrl, parse_url
 
@@ -34,10 +33,11 @@ class _Simulation(Protocol):
 
 
 def connect(url: str, link_settings: LinkSettings | None = None) -> Device:
-    """The device at `url`, with a session begun if it is a remote one. Close it, or use it as a context manager.
+    """The device at `url`, with a session begun if it is a remote one. Use it as a context manager.
 
-    `tcp://host:port` and `serial:/dev/ttyUSB0?baud=1000000` are devices behind a line; `sim:` is the full system in
-    simulation, started for the purpose; `cosim:` the gateware alone in Verilator; `model:` the reference in NumPy.
+    `tcp://host:port` and `serial:/dev/ttyUSB0?baud=1000000` are devices behind a line; `sim:` is the full
+    system in simulation, started for the purpose; `cosim:` the gateware alone in Verilator; `model:` the
+    reference in NumPy.
 
     Parameters
     ----------
@@ -68,24 +68,27 @@ def connect(url: str, link_settings: LinkSettings | None = None) -> Device:
 def _open_simulation(url: DeviceUrl, link_settings: LinkSettings) -> Device:
     """Starts the simulated system, with the URL's options, and connects to it."""
     options    = {name: int(text) if text.isdecimal() else text for name, text in url.options.items()}
+    limit_s    = max(_SIMULATION_HELLO_LIMIT_S, link_settings.hello_limit_s)
     simulation = _start(url, options)
-    settings   = replace(link_settings, hello_limit_s=max(_SIMULATION_HELLO_LIMIT_S, link_settings.hello_limit_s))
     try:
         line = open_transport(parse_url(f"tcp://127.0.0.1:{simulation.port}"))
     except BaseException:
         simulation.close()
         raise
-    return RemoteDevice(url.text, line, settings, simulation.close)
+    return RemoteDevice(url.text, line, replace(link_settings, hello_limit_s=limit_s), simulation.close)
 
 
 def _start(url: DeviceUrl, options: dict[str, int | str]) -> _Simulation:
     try:
-        start = importlib.import_module("litestereo.sim.system").start_simulation
-        try:
-            inspect.signature(start).bind(**options)
-        except TypeError as error:
-            raise UrlError(f"{url.text}: {error}") from None
-        simulation: _Simulation = start(**options)
-    except (ImportError, OSError, RuntimeError, ValueError, subprocess.SubprocessError) as error:
+        system = importlib.import_module("litestereo.sim.system")
+    except ImportError as error:
+        raise DeviceError(f"{url.text} cannot be started: {one_line(error)}") from error
+    try:
+        inspect.signature(system.start_simulation).bind(**options)
+    except TypeError as error:
+        raise UrlError(f"{url.text}: {error}") from None
+    try:
+        simulation: _Simulation = system.start_simulation(**options)
+    except (OSError, RuntimeError, ValueError, system.SimulationError) as error:
         raise DeviceError(f"{url.text} cannot be started: {one_line(error)}") from error
     return simulation

@@ -27,7 +27,7 @@ class UnsupportedError(LiteStereoError):
 
 
 class ImageError(LiteStereoError):
-    """A file that cannot be read or written as an image, or images that do not fit each other or the device."""
+    """A file that is not to be read or written, or images that do not fit each other or the device."""
 
 
 class DatasetError(LiteStereoError):

@@ -51,7 +51,8 @@ def read_ground_truth(path: Path, scale: float | None = None) -> NDArray[np.floa
         if scale is None and values.dtype == np.uint16:
             scale = KITTI_SCALE
     if values.ndim != 2 or values.dtype.kind not in "iuf":
-        raise ImageError(f"{path}: a disparity map is one number per pixel, not {values.dtype} {values.shape}")
+        raise ImageError(f"{path}: a disparity map is one number per pixel, not {values.dtype} "
+                         f"{values.shape}")
     pixels = values.astype(np.float32)/np.float32(scale or 1)
     pixels[~(np.isfinite(pixels) & (pixels > 0))] = np.nan
     return pixels
@@ -67,7 +68,7 @@ def _read_array(path: Path) -> NDArray[Any]:
 
 
 def decode_pfm(data: bytes, name: str) -> NDArray[np.float32]:
-    """Values of a grey PFM file, H x W, the top row first; raises ImageError, which says `name`, if it is none."""
+    """Values of a grey PFM file, H x W, the top row first; raises ImageError, with `name`, if it is none."""
     try:
         kind, size, order, values = data.split(b"\n", 3)
         width, height             = (int(number) for number in size.split())

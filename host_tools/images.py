@@ -68,7 +68,7 @@ def read_grey(path: Path) -> tuple[NDArray[np.uint8], list[str]]:
     Parameters
     ----------
     path
-        An image file of any kind that OpenCV reads. Colour is converted to grey by luma, 16 bits to the upper 8.
+        An image file of any kind that OpenCV reads. Colour becomes luma, 16 bits become the upper 8.
 
     Returns
     -------
@@ -102,7 +102,7 @@ def disparity_pixels(disparity: NDArray[np.int16]) -> NDArray[np.float32]:
 
 
 def encode_pfm(disparity: NDArray[np.int16]) -> bytes:
-    """Map as a Middlebury PFM file: float32 pixels, little-endian, rows from bottom to top, inf where there is none."""
+    """Map as a Middlebury PFM file: float32 pixels, little-endian, bottom row first, inf if invalid."""
     pixels = disparity_pixels(disparity)
     pixels[np.isnan(pixels)] = np.inf
     height, width = pixels.shape
@@ -120,7 +120,7 @@ def kitti_image(disparity: NDArray[np.int16]) -> NDArray[np.uint16]:
 
 
 def color_image(disparity: NDArray[np.int16], disparities: int) -> NDArray[np.uint8]:
-    """Map for viewing: uint8, H x W x 3 (BGR), from blue at 0 to red at `disparities` pixels, black where there is none."""
+    """Map for viewing: uint8, H x W x 3 (BGR), blue at 0 to red at `disparities` pixels, black if invalid."""
     scaled = np.clip(disparity.astype(np.float32)*255/(DISPARITY_SCALE*disparities), 0, 255).astype(np.uint8)
     color  = np.array(cv2.applyColorMap(scaled, cv2.COLORMAP_TURBO), np.uint8)
     color[disparity < 0] = 0
@@ -142,7 +142,7 @@ def write_disparity(folder: Path, disparity: NDArray[np.int16], disparities: int
     ImageError
         A file cannot be written.
     """
-    paths = [folder / name for name in ("disparity.npy", "disparity.pfm", "disparity.png", "disparity_color.png")]
+    paths = [folder / f"disparity{ending}" for ending in (".npy", ".pfm", ".png", "_color.png")]
     npy, pfm, png, color = paths
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -151,5 +151,6 @@ def write_disparity(folder: Path, disparity: NDArray[np.int16], disparities: int
         png.write_bytes(cv2.imencode(".png", kitti_image(disparity))[1].tobytes())
         color.write_bytes(cv2.imencode(".png", color_image(disparity, disparities))[1].tobytes())
     except OSError as error:
-        raise ImageError(f"{error.filename or folder}: cannot be written: {error.strerror or error}") from None
+        raise ImageError(f"{error.filename or folder}: cannot be written: "
+                         f"{error.strerror or error}") from None
     return paths

@@ -12,66 +12,23 @@ import secrets
 import time
 from collections import deque
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, replace
 
 from . import payloads
+from .call import Call, LinkCounters, LinkSettings
 from .errors import DeviceError, LinkTimeout
-from .protocol import MIN_MESSAGE_BYTES, REPLY, VERSION, Message, MessageType
+from .pace import Pace
+from .protocol import VERSION, Message, MessageType
 from .refusals import refusal, version_mismatch
-from .serial_framing import Demultiplexer, frame
+from .serial_framing import Demultiplexer
 from .transports import Transport
-
-
-@dataclass(frozen=True)
-class LinkSettings:
-    """Limits of a link.
-
-    A request is sent again when for `timeout_floor_s`, plus four times what the bytes in flight should take, no
-    reply has come. The time per byte is measured; `initial_bytes_per_s` stands in until then, and is that of
-    a slow simulation. `window_bytes` bounds the bytes in flight, each way.
-    """
-
-    window_bytes:        int   = 4096
-    timeout_floor_s:     float = 1.0
-    initial_bytes_per_s: float = 2000.0
-    silence_limit_s:     float = 15.0
-    hello_limit_s:       float = 15.0
-    max_tries:           int   = 12
-
-
-@dataclass
-class LinkCounters:
-    """What happened on a link: requests sent the first time, sent again, time limits reached, replies to nobody."""
-
-    requests:        int = 0
-    retransmissions: int = 0
-    timeouts:        int = 0
-    stale_replies:   int = 0
-
-
-class Call:
-    """A request under way; `reply` is None until it has been answered."""
-
-    def __init__(self, request: Message, reply_bytes: int, on_reply: Callable[[Message], None] | None) -> None:
-        self.request      = request
-        self.reply:         Message | None = None
-        self.framed       = frame(request.encode())
-        self.reply_bytes  = reply_bytes
-        self.on_reply     = on_reply
-        self.tries        = 0
-        self.sent_at      = 0.0
-        self.transmission = 0
 
 
 class Link:
     """Client of one device on one transport. Not for several threads.
 
-    Everything raises DeviceError or one of its children when the device refuses, is gone, or does not answer; after
-    an exception `forget()` what was under way before using the link again.
+    Everything raises DeviceError or one of its children when the device refuses, is gone, or does not answer;
+    after an exception `forget()` what was under way before using the link again.
     """
-
-    #: Framing around a message in bytes: two delimiters and the first code byte.
-    _FRAMING_BYTES = 3
 
     def __init__(self, transport: Transport, settings: LinkSettings | None = None) -> None:
         self.counters     = LinkCounters()
@@ -79,8 +36,7 @@ class Link:
         self._transport   = transport
         self._settings    = settings or LinkSettings()
         self._limit_s     = self._settings.silence_limit_s
-        self._s_per_byte  = 1/self._settings.initial_bytes_per_s
-        self._measured    = False
+        self._pace        = Pace(self._settings.timeout_floor_s, self._settings.initial_bytes_per_s)
         self._session     = 0
         # A random start keeps late replies to a host before this one from matching.
         self._sequences   = itertools.count(secrets.randbits(31))
@@ -95,7 +51,10 @@ class Link:
         self._limit_s = limit_s
 
     def hello(self) -> payloads.Capabilities:
-        """Begins a session; raises LinkTimeout if no device answers, ProtocolError if it speaks another version."""
+        """Begins a session.
+
+        Raises LinkTimeout if no device answers, ProtocolError if it speaks another version.
+        """
         nonce = secrets.randbits(32)
         self._session = 0
         self._limit_s = self._settings.hello_limit_s
@@ -120,10 +79,10 @@ class Link:
     def submit(self, kind: MessageType, payload: bytes = b"", frame_id: int = 0, offset: int = 0, *,
                reply_bytes: int = 0, urgent: bool = False,
                on_reply: Callable[[Message], None] | None = None) -> Call:
-        """Queues a request whose reply carries `reply_bytes`; urgent ones pass the others. `pump` sends it."""
+        """Queues a request, for `pump` to send; urgent ones pass others. The reply carries `reply_bytes`."""
         sequence = next(self._sequences) & 0xffffffff
         request  = Message(kind, self._session, sequence, frame_id, offset, payload)
-        call     = Call(request, reply_bytes + MIN_MESSAGE_BYTES + self._FRAMING_BYTES, on_reply)
+        call     = Call(request, reply_bytes, on_reply)
         (self._urgent if urgent else self._waiting).append(call)
         return call
 
@@ -140,7 +99,7 @@ class Link:
         self._outstanding.clear()
 
     def pump(self, wait_s: float) -> None:
-        """Sends what the window allows, takes in what arrives within `wait_s`, and sends again what seems lost."""
+        """Sends what the window allows, takes in what comes within `wait_s`, sends again what seems lost."""
         self._fill_window()
         if self._outstanding:
             wait_s = min(wait_s, max(0.0, self._timeout_at() - time.monotonic()))
@@ -160,18 +119,26 @@ class Link:
         self._transport.write(text.encode())
 
     def _fill_window(self) -> None:
-        while queue := self._urgent or self._waiting:
-            call = queue[0]
-            for bytes_each_way in ([len(other.framed) for other in (call, *self._outstanding.values())],
-                                   [other.reply_bytes for other in (call, *self._outstanding.values())]):
-                if self._outstanding and sum(bytes_each_way) > self._settings.window_bytes:
-                    return
-            queue.popleft()
+        while call := self._next_that_fits():
             if not self._outstanding:
                 self._progress_at = time.monotonic()
             self._outstanding[call.request.sequence] = call
             self.counters.requests += 1
             self._send(call)
+
+    def _next_that_fits(self) -> Call | None:
+        """Takes the next request from its queue, unless the window is too full for it."""
+        # While downloads fill the way back, uploads can still use the way there.
+        for queue in (self._urgent, self._waiting):
+            if queue and self._fits(queue[0]):
+                return queue.popleft()
+        return None
+
+    def _fits(self, call: Call) -> bool:
+        calls    = (call, *self._outstanding.values())
+        to_there = sum(len(other.framed) for other in calls)
+        to_here  = sum(other.reply_bytes for other in calls)
+        return len(calls) == 1 or max(to_there, to_here) <= self._settings.window_bytes
 
     def _send(self, call: Call) -> None:
         # One delimiter more ends whatever the device takes for the beginning of a frame, be it left behind by
@@ -185,7 +152,8 @@ class Link:
     def _send_again(self, calls: Iterable[Call]) -> None:
         for call in calls:
             if call.tries >= self._settings.max_tries:
-                raise LinkTimeout(f"no reply to {MessageType(call.request.type).name} after {call.tries} tries: "
+                kind = MessageType(call.request.type).name
+                raise LinkTimeout(f"no reply to {kind} after {call.tries} tries: "
                                   "the line to the device is too noisy, or the device hangs")
             self.counters.retransmissions += 1
             self._send(call)
@@ -193,7 +161,7 @@ class Link:
     def _receive(self, message: Message) -> bool:
         """Takes in a message; returns whether it answers a request."""
         call = self._outstanding.get(message.sequence)
-        if call is None or not self._answers(message, call.request):
+        if call is None or not call.answered_by(message):
             self.counters.stale_replies += 1
             return False
         if message.type == MessageType.ERROR:
@@ -202,36 +170,21 @@ class Link:
             raise version_mismatch(message.version)
         del self._outstanding[message.sequence]
         now = time.monotonic()
-        self._measure(call, now)
+        if call.tries == 1:
+            self._pace.sample(now - max(call.sent_at, self._progress_at), call.bytes_both_ways)
         self._progress_at = now
         call.reply        = message
         if call.on_reply is not None:
             call.on_reply(message)
         # The device answers in order: what was sent before this request and is not answered has been lost.
-        self._send_again([other for other in self._outstanding.values() if other.transmission < call.transmission])
+        self._send_again([other for other in self._outstanding.values()
+                          if other.transmission < call.transmission])
         return True
 
-    @staticmethod
-    def _answers(message: Message, request: Message) -> bool:
-        if message.type == MessageType.ERROR:
-            return replace(message, type=request.type, payload=request.payload, version=request.version) == request
-        return replace(message, type=message.type ^ REPLY, payload=request.payload, version=request.version) == request
-
-    def _measure(self, call: Call, now: float) -> None:
-        if call.tries > 1:
-            return
-        sample = (now - max(call.sent_at, self._progress_at))/(len(call.framed) + call.reply_bytes)
-        weight = 0.125 if self._measured else 1.0
-        self._measured    = True
-        # A reply that noise has held up says nothing of the line's speed, so a single one must not count for much.
-        self._s_per_byte += weight*(min(sample, 2*self._s_per_byte) - self._s_per_byte)
-
     def _timeout_at(self) -> float:
-        in_flight = sum(len(call.framed) + call.reply_bytes for call in self._outstanding.values())
-        allowed_s = self._settings.timeout_floor_s + 4*self._s_per_byte*in_flight
+        in_flight = sum(call.bytes_both_ways for call in self._outstanding.values())
         oldest    = min(self._outstanding.values(), key=lambda call: call.transmission)
-        # Each try waits twice as long as the one before, up to four times: the device may be slower than it was.
-        return max(self._progress_at, oldest.sent_at) + allowed_s*min(4.0, 2.0**(oldest.tries - 1))
+        return max(self._progress_at, oldest.sent_at) + self._pace.allowed_s(in_flight, oldest.tries)
 
     def _check_time(self) -> None:
         now = time.monotonic()

@@ -22,8 +22,9 @@ from .images import disparity_pixels
 class Quality:
     """How good a map is.
 
-    Known pixels are those whose true disparity is known; rated pixels are the known ones for which the map has a
-    disparity. A pixel without a disparity is not counted as bad: it lowers the density instead, so read both.
+    Known pixels are those whose true disparity is known; rated pixels are the known ones for which the map
+    has a disparity. A pixel without a disparity is not counted as bad: it lowers the density instead, so
+    read both.
 
     Parameters
     ----------

@@ -102,7 +102,7 @@ class FrameState(enum.IntEnum):
 
 @dataclass(frozen=True)
 class FrameStatus:
-    """Reply to STATUS; `first_missing` is a byte offset in the upload space, 0xffffffff if none is missing."""
+    """Reply to STATUS; `first_missing` is an offset in the upload space, 0xffffffff if none is missing."""
 
     state:            int
     slot:             int
@@ -113,7 +113,8 @@ class FrameStatus:
 
     def pack(self) -> bytes:
         """The 16-byte payload."""
-        return _STATUS.pack(self.state, self.slot, self.error, self.clocks, self.first_row_clocks, self.first_missing)
+        return _STATUS.pack(self.state, self.slot, self.error, self.clocks, self.first_row_clocks,
+                            self.first_missing)
 
     @classmethod
     def unpack(cls, payload: bytes) -> FrameStatus:
@@ -177,5 +178,5 @@ def unpack_counters(payload: bytes) -> dict[str, int]:
 
 
 def frame_pitch(width: int, height: int) -> int:
-    """Bytes from the left to the right image in the upload space: the image size rounded up to whole chunks."""
+    """Bytes from the left to the right image in the upload space: the image size in whole chunks."""
     return -(-width * height // CHUNK_BYTES) * CHUNK_BYTES

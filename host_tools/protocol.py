@@ -114,7 +114,8 @@ class Message:
             The length, the magic or the CRC is wrong.
         """
         if not MIN_MESSAGE_BYTES <= len(data) <= MAX_MESSAGE_BYTES:
-            raise ProtocolError(f"{len(data)} bytes are no message: it has {MIN_MESSAGE_BYTES} to {MAX_MESSAGE_BYTES}")
+            raise ProtocolError(f"{len(data)} bytes are no message: it has {MIN_MESSAGE_BYTES} to "
+                                f"{MAX_MESSAGE_BYTES}")
         (crc,) = _CRC.unpack_from(data, len(data) - _CRC.size)
         if crc != zlib.crc32(data[:-_CRC.size]):
             raise ProtocolError("the CRC of a message is wrong")

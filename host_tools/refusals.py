@@ -22,8 +22,8 @@ _SIZES = {
 
 def version_mismatch(device_version: int) -> ProtocolError:
     """The error for a device that speaks another version of the protocol."""
-    return ProtocolError(f"the device speaks link protocol version {device_version}, this host version {VERSION}: "
-                         "install the host tools and the firmware of one release")
+    return ProtocolError(f"the device speaks link protocol version {device_version}, this host version "
+                         f"{VERSION}: install the host tools and the firmware of one release")
 
 
 def refusal(reply: Message) -> LiteStereoError:
@@ -34,8 +34,10 @@ def refusal(reply: Message) -> LiteStereoError:
     if code == ErrorCode.SESSION:
         return SessionLost("the device ended this session: another host connected to it, or it restarted; "
                            "connect again")
-    request = MessageType(request_type).name if request_type in set(MessageType) else f"request {request_type:#04x}"
-    return DeviceRefused(f"the device refused {request}: {_reason(code, reply.frame_id, detail)}", code, detail)
+    known   = request_type in set(MessageType)
+    request = MessageType(request_type).name if known else f"request {request_type:#04x}"
+    reason  = _reason(code, reply.frame_id, detail)
+    return DeviceRefused(f"the device refused {request}: {reason}", code, detail)
 
 
 def _parameter(number: int) -> str:
@@ -62,7 +64,8 @@ def _reason(code: int, frame_id: int, detail: int) -> str:
 
 
 def _state(number: int) -> str:
-    return payloads.FrameState(number).name.lower() if number in set(payloads.FrameState) else f"in state {number}"
+    known = number in set(payloads.FrameState)
+    return payloads.FrameState(number).name.lower() if known else f"in state {number}"
 
 
 def failed_frame(frame_id: int, error: int) -> DeviceRefused:

@@ -31,7 +31,7 @@ def frame(message: bytes) -> bytes:
 class Demultiplexer:
     """Receiver of a serial line: sorts its bytes into messages and console text.
 
-    `errors` counts frames that held no message. `console` collects the text, as bytes, until somebody takes it.
+    `errors` counts frames that held no message. `console` collects the text, as bytes, until it is taken.
 
     Parameters
     ----------
@@ -87,7 +87,7 @@ class Demultiplexer:
         self._frame.clear()
 
     def take_console(self) -> str:
-        """Console text received since the last call; bytes that are not UTF-8 become replacement characters."""
+        """Console text received since the last call; what is not UTF-8 becomes replacement characters."""
         text = self.console.decode("utf-8", "replace")
         self.console.clear()
         return text

@@ -67,7 +67,7 @@ def parse_url(text: str) -> DeviceUrl:
     url = DeviceUrl(text, parts.scheme, path=parts.path, options=options)
     if parts.scheme == "tcp":
         return _parse_tcp(url, parts)
-    if parts.netloc or (parts.path and parts.scheme != "serial") or (not parts.path and parts.scheme == "serial"):
+    if parts.netloc or bool(parts.path) != (parts.scheme == "serial"):
         raise UrlError(f"'{text}' is not a {parts.scheme} URL, write it like {EXAMPLES[parts.scheme]}")
     return url
 

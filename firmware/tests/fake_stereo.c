@@ -44,6 +44,7 @@ static uint32_t map_size(void)
 static void end(uint32_t code)
 {
     if (code == CODE_NONE) {
+        regs.result[0] = fake_stereo.wrong_pixel ? 0 : regs.result[0];
         memcpy(memory_at(regs.map), regs.result, map_size());
         regs.frames++;
     }

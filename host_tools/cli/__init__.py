@@ -43,7 +43,8 @@ def _parser() -> Parser:
     # Here and not above: loading OpenCV takes a while, and an interrupt meanwhile shall end like any other.
     from . import console, info, match, stats
 
-    parser = Parser(prog="litestereo", description="Stereo matching with a LiteStereo device.", epilog=_EPILOG)
+    parser  = Parser(prog="litestereo", description="Stereo matching with a LiteStereo device.",
+                     epilog=_EPILOG)
     version = importlib.metadata.version("litestereo")
     parser.add_argument("--version", action="version", version=f"litestereo {version}")
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)

@@ -12,7 +12,7 @@ import argparse
 from ..device import connect
 from .arguments import Parser, add_device, positive
 
-#: Time in seconds without any text after which the console counts as silent; a self test takes a while in simulation.
+#: Time in seconds without text after which the console counts as silent; simulated self tests take a while.
 _TIMEOUT_S = 60.0
 
 #: How the firmware says that a command did not succeed, or was none.

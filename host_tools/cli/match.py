@@ -55,16 +55,16 @@ def add_parser(commands: argparse._SubParsersAction[Parser]) -> None:
                         help="folder for the results, made if need be")
     add_device(parser)
     parser.add_argument("--disparities", metavar="N", type=disparities,
-                        help=f"disparities searched, a multiple of {DISPARITY_STEP} (default: {DEFAULT_DISPARITIES}, "
-                             "or the device's number if that is less)")
+                        help=f"disparities searched, a multiple of {DISPARITY_STEP} (default: "
+                             f"{DEFAULT_DISPARITIES}, or the device's number if that is less)")
     parser.add_argument("--block-size", metavar="N", type=block_size,
-                        help=f"side of the block in pixels, odd (default: {DEFAULT_BLOCK_SIZE}, or the device's "
-                             "largest if that is less)")
+                        help=f"side of the block in pixels, odd (default: {DEFAULT_BLOCK_SIZE}, or the "
+                             "device's largest if that is less)")
     parser.add_argument("--ground-truth", metavar="FILE", type=Path,
                         help="true disparities to rate the map by: PNG, PFM, .npy or .npz (default: none)")
     parser.add_argument("--ground-truth-scale", metavar="S", type=positive,
-                        help="what the file's values are divided by to become pixels (default: 256 for 16-bit images, "
-                             "else 1)")
+                        help="what the file's values are divided by to become pixels (default: 256 for "
+                             "16-bit images, else 1)")
     add_json(parser)
     parser.set_defaults(run=run)
 
@@ -89,12 +89,14 @@ def run(options: argparse.Namespace) -> int:
     with connect(options.device) as device:
         info     = device.info()
         default  = info.default_settings()
-        settings = MatcherSettings(options.disparities or default.disparities, options.block_size or default.block_size)
+        settings = MatcherSettings(options.disparities or default.disparities,
+                                   options.block_size or default.block_size)
         info.check(width, height, settings)
         for notice in left_notices + right_notices:
             print(f"litestereo: note: {notice}", file=sys.stderr)
         terminal = rich.console.Console(stderr=True)
-        with rich.progress.Progress(console=terminal, transient=True, disable=not terminal.is_terminal) as bars:
+        hidden   = not terminal.is_terminal
+        with rich.progress.Progress(console=terminal, transient=True, disable=hidden) as bars:
             result = device.compute(left, right, settings, _ProgressBars(bars))
 
     files   = write_disparity(options.output, result.disparity, settings.disparities)
@@ -137,7 +139,8 @@ def _summary(info: DeviceInfo, result: Result, files: list[Path], quality: Quali
         "download_s":       result.download_s,
         "files":            [str(path) for path in files],
         "quality":          None if quality is None else {
-            name: None if math.isnan(value) else value for name, value in dataclasses.asdict(quality).items()},
+            name: None if math.isnan(value) else value
+            for name, value in dataclasses.asdict(quality).items()},
     }
 
 

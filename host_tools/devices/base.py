@@ -60,10 +60,11 @@ class DeviceInfo:
             The images are too large for the device, or too small for the settings.
         """
         if settings.disparities > self.max_disparities:
-            raise UnsupportedError(f"{self.name} has {self.max_disparities} disparities, {settings.disparities} are too many")
+            raise UnsupportedError(f"{self.name} has {self.max_disparities} disparities, "
+                                   f"{settings.disparities} are too many")
         if not self.min_block_size <= settings.block_size <= self.max_block_size:
-            raise UnsupportedError(f"{self.name} has block sizes from {self.min_block_size} to {self.max_block_size}, "
-                                f"not {settings.block_size}")
+            raise UnsupportedError(f"{self.name} has block sizes from {self.min_block_size} to "
+                                   f"{self.max_block_size}, not {settings.block_size}")
         if width > self.max_width or height > self.max_height or width*height > self.max_pixels:
             raise ImageError(f"images of {width}x{height} pixels are too large for {self.name}: at most "
                              f"{self.max_width}x{self.max_height} and {self.max_pixels} pixels in all")
@@ -74,15 +75,17 @@ def check_minimum_size(width: int, height: int, settings: MatcherSettings) -> No
     """Raises ImageError if images of `width` x `height` pixels have no pixel that can get a disparity."""
     min_width, min_height = settings.minimum_size
     if width < min_width or height < min_height:
-        raise ImageError(f"images of {width}x{height} pixels are too small for {settings.disparities} disparities and "
-                         f"block size {settings.block_size}: at least {min_width}x{min_height}")
+        raise ImageError(f"images of {width}x{height} pixels are too small for {settings.disparities} "
+                         f"disparities and block size {settings.block_size}: at least "
+                         f"{min_width}x{min_height}")
 
 
 def check_pair(left: NDArray[np.uint8], right: NDArray[np.uint8]) -> None:
     """Raises ImageError if the images are not two 8-bit grey ones, H x W, of one size."""
     for side, image in (("left", left), ("right", right)):
         if image.ndim != 2 or image.dtype != np.uint8:
-            raise ImageError(f"the {side} image must be 8-bit grey (uint8, H x W), not {image.dtype} {image.shape}")
+            raise ImageError(f"the {side} image must be 8-bit grey (uint8, H x W), not {image.dtype} "
+                             f"{image.shape}")
     if left.shape != right.shape:
         raise ImageError(f"the images must be of one size: left is {left.shape[1]}x{left.shape[0]} pixels, "
                          f"right {right.shape[1]}x{right.shape[0]}")
@@ -92,9 +95,9 @@ def check_pair(left: NDArray[np.uint8], right: NDArray[np.uint8]) -> None:
 class Result:
     """A matched pair.
 
-    `disparity` is int16, H x W, in sixteenths of a pixel, -16 where there is none. `clocks` counts from the start
-    to the last write, `first_row_clocks` to the end of the first row that has disparities; both are None where nothing
-    counts clocks. The seconds are wall-clock time of this host.
+    `disparity` is int16, H x W, in sixteenths of a pixel, -16 where there is none. `clocks` counts from the
+    start to the last write, `first_row_clocks` to the end of the first row that has disparities; both are
+    None where nothing counts clocks. The seconds are wall-clock time of this host.
     """
 
     disparity:        NDArray[np.int16]
@@ -116,7 +119,7 @@ class Device(abc.ABC):
     @abc.abstractmethod
     def stream(self, pairs: Iterable[Pair], settings: MatcherSettings | None = None,
                progress: Progress | None = None) -> Iterator[Result]:
-        """Matches pair after pair, in order; remote devices get the next pair while they match the one before.
+        """Matches pair after pair; remote devices get the next pair while they match the one before.
 
         Raises
         ------
@@ -126,9 +129,12 @@ class Device(abc.ABC):
             The device is gone, does not answer, or could not match.
         """
 
-    def compute(self, left: NDArray[np.uint8], right: NDArray[np.uint8], settings: MatcherSettings | None = None,
-                progress: Progress | None = None) -> Result:
-        """Matches one pair of images, uint8, H x W; `settings` None are the device's default. Raises as `stream`."""
+    def compute(self, left: NDArray[np.uint8], right: NDArray[np.uint8],
+                settings: MatcherSettings | None = None, progress: Progress | None = None) -> Result:
+        """Matches one pair of images, uint8, H x W; without `settings` with the device's default.
+
+        Raises as `stream`.
+        """
         (result,) = self.stream([(left, right)], settings, progress)
         return result
 
@@ -140,8 +146,8 @@ class Device(abc.ABC):
     def console(self, line: str, timeout_s: float = 10.0) -> str:
         """Types a line at the device's console.
 
-        Returns the text printed up to the next prompt, or until nothing comes for `timeout_s`. Raises DeviceError
-        if the device has no console, LinkTimeout if it prints nothing at all.
+        Returns the text printed up to the next prompt, or until nothing comes for `timeout_s`. Raises
+        DeviceError if the device has no console, LinkTimeout if it prints nothing at all.
         """
 
     def close(self) -> None:

@@ -11,17 +11,17 @@ import time
 from collections.abc import Callable, Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..call import Call
 from ..errors import ProtocolError
-from ..link import Call
+from ..payloads import FrameStatus
 from ..protocol import CHUNK_BYTES, Message
 from ..settings import MatcherSettings
-from .base import Pair
+from .base import Pair, Result
 
 
 class Frame:
-    """The host's side of an open frame: sizes in pixels, times of its phases, and its map as far as it has come."""
+    """The host's side of an open frame: size in pixels, times of its phases, the map as it comes."""
 
     def __init__(self, frame_id: int, pair: Pair, settings: MatcherSettings) -> None:
         self.frame_id           = frame_id
@@ -30,6 +30,8 @@ class Frame:
         self.uploads:             list[Call] = []
         self.opened_at          = time.monotonic()
         self.started_at         = 0.0
+        self.matched_at         = 0.0
+        self.downloaded_at      = 0.0
         self._images            = [image.tobytes() for image in pair]
         self._map               = bytearray(2*self.width*self.height)
 
@@ -49,13 +51,23 @@ class Frame:
 
         def take(reply: Message) -> None:
             if len(reply.payload) != length:
-                raise ProtocolError(f"the device sent {len(reply.payload)} bytes of the map instead of {length}")
+                raise ProtocolError(f"the device sent {len(reply.payload)} bytes of the map "
+                                    f"instead of {length}")
             self._map[reply.offset:reply.offset + length] = reply.payload
             if done is not None:
                 done(reply)
 
         return take
 
-    def disparity(self) -> NDArray[np.int16]:
-        """The map: int16, H x W, in sixteenths of a pixel."""
-        return np.frombuffer(self._map, "<i2").astype(np.int16).reshape(self.height, self.width)
+    def result(self, status: FrameStatus) -> Result:
+        """The frame's result, once all of the map has come."""
+        disparity = np.frombuffer(self._map, "<i2").astype(np.int16)
+        return Result(
+            disparity        = disparity.reshape(self.height, self.width),
+            settings         = self.settings,
+            clocks           = status.clocks,
+            first_row_clocks = status.first_row_clocks,
+            upload_s         = self.started_at - self.opened_at,
+            match_s          = self.matched_at - self.started_at,
+            download_s       = self.downloaded_at - self.matched_at,
+        )

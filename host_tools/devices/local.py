@@ -21,7 +21,7 @@ from ..settings import DEFAULT_DISPARITIES, DISPARITY_STEP, MIN_BLOCK_SIZE, Matc
 from ..urls import DeviceUrl
 from .base import Device, DeviceInfo, Pair, Progress, Result, check_pair
 
-#: Sizes of the model unless the URL says otherwise: what a field of the link protocol could carry and memory can hold.
+#: Sizes of the model unless the URL says otherwise: it has no limits of its own, but memory has.
 _MODEL_MAX_SIZE        = 8192
 _MODEL_MAX_DISPARITIES = 256
 _MODEL_MAX_BLOCK_SIZE  = 51
@@ -129,7 +129,7 @@ def open_model(url: DeviceUrl) -> LocalDevice:
 
 
 def open_cosim(url: DeviceUrl) -> LocalDevice:
-    """The device `cosim:`, built on the way; raises UrlError if an option is wrong, DeviceError if the build fails."""
+    """The device `cosim:`; raises UrlError if an option is wrong, DeviceError if it cannot be built."""
     url.check_options("disparities", "max_width", "max_block_size")
     width       = url.integer("max_width", _COSIM_MAX_WIDTH)
     disparities = url.integer("disparities", DEFAULT_DISPARITIES, DISPARITY_STEP)

@@ -42,7 +42,8 @@ class SerialTransport:
         try:
             self._port.write(data)
         except serial.SerialTimeoutException:
-            raise LinkTimeout(f"{self._path} took no data for {_WRITE_TIMEOUT_S:g} s: restart the device") from None
+            raise LinkTimeout(f"{self._path} took no data for {_WRITE_TIMEOUT_S:g} s: restart the device"
+                              ) from None
         except (OSError, serial.SerialException):
             raise self._lost() from None
 
@@ -56,7 +57,7 @@ class SerialTransport:
             raise self._lost() from None
 
     def _lost(self) -> DeviceError:
-        return DeviceError(f"{self._path} is gone: was the device unplugged, or is another program reading it?")
+        return DeviceError(f"{self._path} is gone: is the device unplugged, or does another program use it?")
 
     def close(self) -> None:
         """Closes the port."""

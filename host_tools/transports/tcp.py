@@ -26,8 +26,8 @@ class TcpTransport:
         try:
             self._socket = socket.create_connection((host, port), timeout=CONNECT_TIMEOUT_S)
         except ConnectionRefusedError:
-            raise DeviceError(f"{self._name} refused the connection: is the device running, and the port right?"
-                              ) from None
+            raise DeviceError(f"{self._name} refused the connection: is the device running, and the port "
+                              "right?") from None
         except TimeoutError:
             raise LinkTimeout(f"{self._name} did not accept the connection within {CONNECT_TIMEOUT_S:g} s"
                               ) from None
@@ -42,7 +42,8 @@ class TcpTransport:
             self._socket.settimeout(WRITE_TIMEOUT_S)
             self._socket.sendall(data)
         except TimeoutError:
-            raise LinkTimeout(f"{self._name} took no data for {WRITE_TIMEOUT_S:g} s: restart the device") from None
+            raise LinkTimeout(f"{self._name} took no data for {WRITE_TIMEOUT_S:g} s: restart the device"
+                              ) from None
         except OSError as error:
             raise self._lost(error) from None
 
@@ -57,7 +58,8 @@ class TcpTransport:
         except OSError as error:
             raise self._lost(error) from None
         if not data:
-            raise DeviceError(f"{self._name} closed the connection: the device stopped, or serves another host")
+            raise DeviceError(f"{self._name} closed the connection: the device stopped, or serves another "
+                              "host")
         return data
 
     def _lost(self, error: OSError) -> DeviceError:

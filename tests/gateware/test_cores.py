@@ -9,8 +9,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from support.lanes import pack, positions, unpack
-from support.pairs import SEED, generator
 
 from litestereo.gateware.absolute_difference import AbsoluteDifference
 from litestereo.gateware.block_sum import BlockSum
@@ -20,6 +18,8 @@ from litestereo.gateware.line_buffer import LineBuffer
 from litestereo.gateware.raster import Raster
 from litestereo.gateware.winner import Winner
 from litestereo.sim.stream_core import StreamCore
+from support.lanes import pack, positions, unpack
+from support.pairs import SEED, generator
 
 WIDTH, HEIGHT, DISPARITIES, MAX_BLOCK = 37, 14, 16, 9
 MAX_WIDTH = 40

@@ -49,11 +49,17 @@ def pair(tmp_path_factory):
     """Files of a pair of 120 x 50 pixels, 7 pixels apart, and its images."""
     folder      = tmp_path_factory.mktemp("pair")
     left, right = textured_pair(120, 50, generator(60))
-    for name, image in (("left", left), ("right", right), ("narrow", right[:, :100]), ("tiny", right[:8, :30])):
+    images      = {
+        "left":   left,
+        "right":  right,
+        "narrow": right[:, :100],
+        "tiny":   right[:8, :30],
+        "wide":   np.zeros((50, 201), np.uint8),
+        "high":   np.zeros((65535, 40), np.uint8),
+        "truth":  np.full((50, 120), 28, np.uint8),
+    }
+    for name, image in images.items():
         cv2.imwrite(str(folder / f"{name}.png"), image)
-    cv2.imwrite(str(folder / "wide.png"), np.zeros((50, 201), np.uint8))
-    cv2.imwrite(str(folder / "high.png"), np.zeros((65535, 40), np.uint8))
-    cv2.imwrite(str(folder / "truth.png"), np.full((50, 120), 28, np.uint8))
     (folder / "text.png").write_text("no image")
     return folder
 
@@ -83,25 +89,31 @@ def match(pair_, *options, left="left.png", right="right.png", device="model:"):
     return ["match", pair_/left, pair_/right, "-o", pair_/"out", "--device", device, *options]
 
 
+def rated(pair_):
+    """Options for the truth, which is 7 pixels everywhere."""
+    return ["--ground-truth", pair_/"truth.png", "--ground-truth-scale", 4]
+
+
 def test_match_writes_the_map_and_a_summary(pair, url, tmp_path, capfd):
     images = [cv2.imread(str(pair / f"{name}.png"), cv2.IMREAD_GRAYSCALE) for name in ("left", "right")]
     status = run("match", pair/"left.png", pair/"right.png", "-o", tmp_path/"a"/"b", "--device", url,
-                 "--disparities", 16, "--block-size", 7, "--ground-truth", pair/"truth.png", "--ground-truth-scale", 4)
+                 "--disparities", 16, "--block-size", 7, *rated(pair))
     out, err = capfd.readouterr()
     assert (status, err) == (0, "")
     written = np.load(tmp_path / "a" / "b" / "disparity.npy")
     assert np.array_equal(written, model.match(*images, 16, 7))
-    for text in ("120x50", "16 disparities", "block size 7", "6000, 1.000 per pixel", "frames/s at 100 MHz", "bad-1.0     0.00 %",
-                 "bad-2.0", "mean error  0.000", "density", "disparity_color.png"):
+    for text in ("120x50", "16 disparities", "block size 7", "6000, 1.000 per pixel", "frames/s at 100 MHz",
+                 "bad-1.0     0.00 %", "bad-2.0", "mean error  0.000", "density", "disparity_color.png"):
         assert text in out
     assert sorted(path.name for path in (tmp_path / "a" / "b").iterdir()) == [
         "disparity.npy", "disparity.pfm", "disparity.png", "disparity_color.png"]
 
 
 def test_match_as_json(pair, url, capfd):
-    assert run(*match(pair, "--json", "--ground-truth", pair/"truth.png", "--ground-truth-scale", 4, device=url)) == 0
+    assert run(*match(pair, "--json", *rated(pair), device=url)) == 0
     summary = json.loads(capfd.readouterr().out)
-    assert (summary["width"], summary["height"], summary["disparities"], summary["block_size"]) == (120, 50, 32, 9)
+    assert (summary["width"], summary["height"]) == (120, 50)
+    assert (summary["disparities"], summary["block_size"]) == (32, 9)
     assert summary["clocks"] == 6000 and summary["clocks_per_pixel"] == 1.0
     assert summary["fps_at_100_mhz"] == pytest.approx(1e8/6000)
     assert summary["quality"]["bad_1_0"] == summary["quality"]["mean_error"] == 0
@@ -263,16 +275,17 @@ def test_images_are_checked_before_connecting(pair, capfd):
 
 
 def test_output_that_cannot_be_written(pair, capfd):
-    assert run("match", pair/"left.png", pair/"right.png", "-o", pair/"text.png", "--device", "model:") == 1
-    assert "the results need a folder" in one_line(capfd)
-    assert run("match", pair/"left.png", pair/"right.png", "-o", pair/"text.png"/"sub", "--device", "model:") == 1
-    assert "cannot be written" in one_line(capfd)
+    for folder, text in ((pair/"text.png", "the results need a folder"),
+                         (pair/"text.png"/"sub", "cannot be written")):
+        assert run("match", pair/"left.png", pair/"right.png", "-o", folder, "--device", "model:") == 1
+        assert text in one_line(capfd)
 
 
 def test_no_device(pair, tmp_path, capfd):
     with socket.create_server(("127.0.0.1", 0)) as server:
         free = server.getsockname()[1]
-    for device, text in ((f"tcp://127.0.0.1:{free}", "refused the connection"), (f"serial:{tmp_path}/tty", "no such port"),
+    for device, text in ((f"tcp://127.0.0.1:{free}", "refused the connection"),
+                         (f"serial:{tmp_path}/tty", "no such port"),
                          ("tcp://no-such-host.invalid:1", "cannot connect")):
         for command in (["info"], ["stats"], ["console", "help"]):
             assert run(*command, "--device", device) == 1
@@ -346,33 +359,37 @@ def test_ctrl_c_in_this_process(monkeypatch, capfd):
 
 # The same as processes of their own.
 
-def test_processes_end_as_main_does(pair, tmp_path):
-    missing = subprocess.run([*COMMAND, *map(str, match(pair, left="none.png"))], capture_output=True, text=True, check=False)
+def process(*arguments):
+    return subprocess.run([*COMMAND, *map(str, arguments)], capture_output=True, text=True, check=False)
+
+
+def test_processes_end_as_main_does(pair):
+    missing = process(*match(pair, left="none.png"))
     assert (missing.returncode, missing.stdout) == (1, "")
     assert missing.stderr == f"litestereo: error: {pair}/none.png: there is no such file\n"
-    usage = subprocess.run([*COMMAND, "match"], capture_output=True, text=True, check=False)
+    usage = process("match")
     assert usage.returncode == 2 and usage.stderr.count("\n") == 1
-    fine = subprocess.run([*COMMAND, *map(str, match(pair))], capture_output=True, text=True, check=False)
+    fine = process(*match(pair))
     assert (fine.returncode, fine.stderr) == (0, "")
 
 
 def test_ctrl_c_of_a_process():
     with scripted_server(lambda request: b"") as silent, subprocess.Popen(
-            [*COMMAND, "info", "--device", silent], stderr=subprocess.PIPE, text=True) as process:
+            [*COMMAND, "info", "--device", silent], stderr=subprocess.PIPE, text=True) as running:
         time.sleep(1.5)
-        process.send_signal(signal.SIGINT)
-        _, err = process.communicate(timeout=10)
-    assert (process.returncode, err) == (130, "litestereo: interrupted\n")
+        running.send_signal(signal.SIGINT)
+        _, err = running.communicate(timeout=10)
+    assert (running.returncode, err) == (130, "litestereo: interrupted\n")
 
 
 def test_a_reader_that_goes_away_is_no_traceback():
-    process = subprocess.run(f"{sys.executable} -c 'import sys; from litestereo.host_tools.cli import main; "
-                             "sys.exit(main([\"info\", \"--device\", \"model:\"]))' | true",
-                             shell=True, capture_output=True, text=True, check=False)
-    assert process.stderr == ""
+    ended = subprocess.run(f"{sys.executable} -c 'import sys; from litestereo.host_tools.cli import main; "
+                           "sys.exit(main([\"info\", \"--device\", \"model:\"]))' | true",
+                           shell=True, capture_output=True, text=True, check=False)
+    assert ended.stderr == ""
 
 
 def test_importing_prints_nothing():
-    done = subprocess.run([sys.executable, "-c", "import litestereo.host_tools.cli, litestereo.host_tools.datasets"],
-                          capture_output=True, text=True, check=True)
+    imports = "import litestereo.host_tools.cli.match, litestereo.host_tools.datasets"
+    done    = subprocess.run([sys.executable, "-c", imports], capture_output=True, text=True, check=True)
     assert (done.stdout, done.stderr) == ("", "")

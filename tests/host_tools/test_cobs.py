@@ -13,7 +13,7 @@ from support.pairs import byte_generator
 
 
 def encode_by_definition(data: bytes) -> bytes:
-    """One code block at a time: the data with a zero appended, cut after each zero and after 254 other bytes."""
+    """Block by block: the data with a zero appended, cut after each zero and after 254 other bytes."""
     blocks, block = [], bytearray()
     for byte in data + b"\0":
         if byte == 0:
@@ -51,7 +51,8 @@ def test_known_encodings(data, encoded):
 def test_random_data_is_encoded_as_defined_and_comes_back():
     rng = byte_generator(1)
     for _ in range(500):
-        data    = bytes(rng.choice((0, rng.randrange(1, 256), 0x55, 0x55, 0x55)) for _ in range(rng.randrange(300)))
+        length  = rng.randrange(300)
+        data    = bytes(rng.choice((0, rng.randrange(1, 256), 0x55, 0x55, 0x55)) for _ in range(length))
         data   += b"\x55" * rng.choice((0, 0, 253, 254, 255, 508, 509)) + data[:rng.randrange(3)]
         encoded = cobs.encode(data)
         assert 0 not in encoded
@@ -59,7 +60,8 @@ def test_random_data_is_encoded_as_defined_and_comes_back():
         assert cobs.decode(encoded) == data
 
 
-@pytest.mark.parametrize("encoded", [b"", b"\x02", b"\x05abc", b"\x02\x00", b"\xff" + b"x" * 253, b"\x03ab\x04a"])
+@pytest.mark.parametrize("encoded", [b"", b"\x02", b"\x05abc", b"\x02\x00", b"\xff" + b"x" * 253,
+                                     b"\x03ab\x04a"])
 def test_what_is_no_encoding_is_refused(encoded):
     with pytest.raises(ProtocolError):
         cobs.decode(encoded)

@@ -24,7 +24,11 @@ def small_pair(width, height):
     return datasets.StereoPair(left, right, truth)
 
 
-@pytest.mark.parametrize(("size", "factor", "shrunk"), [((741, 500), 3, (247, 166)), ((12, 8), 4, (3, 2)), ((7, 5), 1, (7, 5))])
+@pytest.mark.parametrize(("size", "factor", "shrunk"), [
+    ((741, 500), 3, (247, 166)),
+    ((12, 8), 4, (3, 2)),
+    ((7, 5), 1, (7, 5)),
+])
 def test_shrunk_sizes(size, factor, shrunk):
     pair = datasets.downscale(small_pair(*size), factor)
     for array in (pair.left, pair.right, pair.truth):

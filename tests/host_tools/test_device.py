@@ -150,11 +150,15 @@ def test_a_cosim_that_cannot_be_built_is_one_line(monkeypatch):
         connect("cosim:")
 
 
-@pytest.mark.parametrize("url", ["model:?width=3", "cosim:?disparities=x", "cosim:?disparities=8", "model:?max_width=0",
-                                 "cosim:?ram=sdram"])
+@pytest.mark.parametrize("url", ["model:?width=3", "cosim:?disparities=x", "cosim:?disparities=8",
+                                 "model:?max_width=0", "cosim:?ram=sdram"])
 def test_wrong_options_are_refused(url):
     with pytest.raises(UrlError):
         connect(url)
+
+
+class SimulationError(Exception):
+    """What a simulation that cannot start raises."""
 
 
 class Simulation:
@@ -175,7 +179,8 @@ def test_sim_device_is_started_with_its_options_and_stopped(monkeypatch):
             started.append((ram, slots, Simulation(int(url.rsplit(":", 1)[1]))))
             return started[-1][-1]
 
-        stand_in(monkeypatch, "litestereo.sim.system", start_simulation=start_simulation)
+        stand_in(monkeypatch, "litestereo.sim.system", start_simulation=start_simulation,
+                 SimulationError=SimulationError)
         # The scripted server hangs up, so the connection fails; the simulation must be stopped all the same.
         with pytest.raises(DeviceError, match="closed the connection|lost"):
             connect("sim:?ram=sdram&slots=3")
@@ -185,10 +190,11 @@ def test_sim_device_is_started_with_its_options_and_stopped(monkeypatch):
         connect("sim:?speed=9")
 
 
-def test_a_simulation_that_cannot_start_is_one_line(monkeypatch):
+@pytest.mark.parametrize("error", [OSError("no\ncompiler"), SimulationError("no\ncompiler")])
+def test_a_simulation_that_cannot_start_is_one_line(monkeypatch, error):
     def fail():
-        raise OSError("no compiler")
+        raise error
 
-    stand_in(monkeypatch, "litestereo.sim.system", start_simulation=fail)
+    stand_in(monkeypatch, "litestereo.sim.system", start_simulation=fail, SimulationError=SimulationError)
     with pytest.raises(DeviceError, match="cannot be started: no compiler"):
         connect("sim:")

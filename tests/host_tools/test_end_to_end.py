@@ -21,6 +21,7 @@ from litestereo.host_tools import payloads
 from litestereo.host_tools.device import connect
 from litestereo.host_tools.errors import DeviceError, DeviceRefused, LinkTimeout, SessionLost
 from litestereo.host_tools.link import Link, LinkSettings
+from litestereo.host_tools.payloads import FrameState
 from litestereo.host_tools.protocol import CHUNK_BYTES, ErrorCode, Message, MessageType, Parameter
 from litestereo.host_tools.serial_framing import Demultiplexer, frame
 from litestereo.host_tools.settings import MatcherSettings
@@ -82,7 +83,8 @@ def test_info_is_what_the_firmware_was_built_for():
                         "--clock-hz", "1000000", "--memory", "4194304") as port,
           connect(f"tcp://127.0.0.1:{port}") as device):
         info = device.info()
-    assert (info.max_width, info.max_disparities, info.min_block_size, info.max_block_size) == (320, 32, 5, 11)
+    assert (info.max_width, info.max_disparities) == (320, 32)
+    assert (info.min_block_size, info.max_block_size) == (5, 11)
     assert info.sys_clk_hz == 1_000_000
     assert info.slots >= 2 and info.max_pixels > 0 and info.name == "LiteStereo"
 
@@ -122,6 +124,15 @@ def test_the_next_upload_overlaps_the_match():
         assert device.statistics()["chunks_while_matching"] == 3*chunk_count(110, 60)
 
 
+def test_the_next_upload_overlaps_the_download(shared_url):
+    """The line carries both ways at once, so neither has to wait for the other."""
+    steps = []
+    with connect(shared_url) as device:
+        list(device.stream(pairs(2, 200, 100), SETTINGS, lambda *step: steps.append(step[:2])))
+    first_download = steps[steps.index(("download", 1)):steps.index(("download", 40))]
+    assert sum(phase == "upload" for phase, _ in first_download) > 20
+
+
 def test_a_stream_dropped_half_way_leaves_no_frame_behind(shared_url):
     sent = pairs(3)
     with connect(shared_url) as device:
@@ -148,9 +159,10 @@ def test_statistics_and_console_between_two_frames_of_a_stream(shared_url):
 @pytest.mark.parametrize("seed", range(16))
 def test_a_bad_line_costs_time_but_no_pixel(seed):
     """Bytes are flipped, dropped, inserted and repeated both ways, about one fault in 3000 bytes."""
-    sent            = pairs(3, salt=51)
+    sent = pairs(3, salt=51)
     to_device, to_host = (Faults(3e-4, rng=byte_generator(52, seed, way)) for way in (0, 1))
-    with native_device() as port, proxied(port, to_device, to_host) as line, connect(line.url, QUICK) as device:
+    with (native_device() as port, proxied(port, to_device, to_host) as line,
+          connect(line.url, QUICK) as device):
         for result, pair in zip(device.stream(sent, SETTINGS), sent, strict=True):
             expect(result, pair)
         to_device.rate = to_host.rate = 0.0
@@ -161,11 +173,8 @@ def test_a_bad_line_costs_time_but_no_pixel(seed):
     assert counted["chunks_received"] == 3*chunk_count(110, 60)
     assert counted["matcher_interrupts"] == 3
     assert counted["requests_refused"] == 0
-    assert counted["messages_received"] <= host.requests + host.retransmissions
-    # What the device got and the host heard no reply to was asked for again.
-    assert counted["messages_received"] - host.requests <= host.retransmissions
-    damaged = counted["framing_errors"] + counted["crc_errors"] + counted["header_errors"]
-    assert host.retransmissions >= (damaged > 0)
+    # All that was sent arrived whole, or was damaged and asked for again.
+    assert host.requests <= counted["messages_received"] <= host.requests + host.retransmissions
 
 
 def test_faults_of_all_kinds_did_happen():
@@ -218,7 +227,8 @@ def test_a_host_killed_in_mid_upload_locks_nobody_out(shared):
     (pair,) = pairs(1)
     with native_device() as port, contextlib.ExitStack() as stack:
         url = stack.enter_context(proxied(port)).url if shared else f"tcp://127.0.0.1:{port}"
-        with subprocess.Popen([sys.executable, "-c", KILLED_HOST, url], stdout=subprocess.PIPE, text=True) as host:
+        command = [sys.executable, "-c", KILLED_HOST, url]
+        with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as host:
             assert host.stdout.readline() == "uploading\n"
             host.send_signal(signal.SIGKILL)
         begin = time.monotonic()
@@ -325,10 +335,11 @@ def test_another_version_is_refused_by_the_firmware(shared_port):
 @pytest.fixture
 def link(shared_port):
     """A session on the bare link, with frame 1 open (64 x 20 pixels, 16 disparities, block size 5)."""
-    line  = TcpTransport("127.0.0.1", shared_port)
-    link_ = Link(line)
+    line     = TcpTransport("127.0.0.1", shared_port)
+    link_    = Link(line)
+    settings = {Parameter.DISPARITIES: 16, Parameter.BLOCK_SIZE: 5}
     link_.hello()
-    link_.call(MessageType.CONFIGURE, payloads.pack_parameters({Parameter.DISPARITIES: 16, Parameter.BLOCK_SIZE: 5}))
+    link_.call(MessageType.CONFIGURE, payloads.pack_parameters(settings))
     link_.call(MessageType.OPEN, payloads.pack_size(64, 20), 1)
     yield link_
     link_.forget()
@@ -346,12 +357,13 @@ def refused(link_, kind, payload=b"", frame_id=1, offset=0):
 
 def test_uploads_out_of_range_are_refused_and_write_nothing(link):
     """64 x 20 pixels are a chunk of 1024 and one of 256 bytes each; the pitch is 2048."""
-    bad = [(1, 1024), (512, 512), (1024, 1024), (1280, 768), (4096, 256), (0xfffffc00, 1024), (2048, 1023), (3072, 257), (0, 0)]
+    bad = [(1, 1024), (512, 512), (1024, 1024), (1280, 768), (4096, 256), (0xfffffc00, 1024), (2048, 1023),
+           (3072, 257), (0, 0)]
     for offset, length in bad:
         code, _ = refused(link, MessageType.UPLOAD, bytes(length), offset=offset)
         assert code in (ErrorCode.OFFSET, ErrorCode.LENGTH), (offset, length)
     status = payloads.FrameStatus.unpack(link.call(MessageType.STATUS, frame_id=1).payload)
-    assert (status.state, status.first_missing) == (payloads.FrameState.LOADING, 0)
+    assert (status.state, status.first_missing) == (FrameState.LOADING, 0)
     for count, (offset, length) in enumerate([(3072, 256), (0, 1024), (2048, 1024), (1024, 256)]):
         call = link.submit(MessageType.UPLOAD, bytes(length), 1, offset)
         link.wait([call])
@@ -361,19 +373,21 @@ def test_uploads_out_of_range_are_refused_and_write_nothing(link):
 
 def test_what_comes_too_early_or_names_nothing_is_refused(link):
     assert refused(link, MessageType.START) == (ErrorCode.INCOMPLETE, 0)
-    assert refused(link, MessageType.READ, payloads.pack_number(4)) == (ErrorCode.STATE, payloads.FrameState.LOADING)
+    assert refused(link, MessageType.READ, payloads.pack_number(4)) == (ErrorCode.STATE, FrameState.LOADING)
     assert refused(link, MessageType.START, frame_id=9) == (ErrorCode.FRAME, 9)
     assert refused(link, MessageType.UPLOAD, bytes(1024), frame_id=9) == (ErrorCode.FRAME, 9)
     assert refused(link, MessageType.OPEN, payloads.pack_size(70, 20)) == (ErrorCode.DUPLICATE, 1)
     assert refused(link, MessageType.STATUS, b"?") == (ErrorCode.LENGTH, 0)
 
 
-@pytest.mark.parametrize(("size", "detail"), [((1025, 20), 1), ((1024, 2000), 3), ((19, 20), 4), ((64, 4), 5)])
+@pytest.mark.parametrize(("size", "detail"), [((1025, 20), 1), ((1024, 2000), 3), ((19, 20), 4),
+                                              ((64, 4), 5)])
 def test_sizes_out_of_range_are_refused(link, size, detail):
     assert refused(link, MessageType.OPEN, payloads.pack_size(*size), 2) == (ErrorCode.SIZE, detail)
 
 
-@pytest.mark.parametrize(("parameter", "value"), [(1, 0), (1, 8), (1, 80), (1, -16), (2, 4), (2, 3), (2, 23), (2, -5)])
+@pytest.mark.parametrize(("parameter", "value"), [(1, 0), (1, 8), (1, 80), (1, -16), (2, 4), (2, 3), (2, 23),
+                                                  (2, -5)])
 def test_parameters_out_of_range_are_refused(link, parameter, value):
     payload = payloads.pack_parameters({parameter: value})
     assert refused(link, MessageType.CONFIGURE, payload) == (ErrorCode.RANGE, parameter)
@@ -389,16 +403,21 @@ def test_reads_out_of_range_are_refused(link):
     link.call(MessageType.START, frame_id=1)
     for _ in itertools.count():
         status = payloads.FrameStatus.unpack(link.call(MessageType.STATUS, frame_id=1).payload)
-        if status.state == payloads.FrameState.DONE:
+        if status.state == FrameState.DONE:
             break
     size = 2*64*20
-    for offset, length, code in ((size, 1, ErrorCode.OFFSET), (size - 4, 5, ErrorCode.OFFSET), (0, 0, ErrorCode.LENGTH),
-                                 (0, 1025, ErrorCode.LENGTH), (0xffffffff, 2, ErrorCode.OFFSET)):
+    for offset, length, code in (
+        (size, 1, ErrorCode.OFFSET),
+        (size - 4, 5, ErrorCode.OFFSET),
+        (0xffffffff, 2, ErrorCode.OFFSET),
+        (0, 0, ErrorCode.LENGTH),
+        (0, 1025, ErrorCode.LENGTH),
+    ):
         assert refused(link, MessageType.READ, payloads.pack_number(length), offset=offset)[0] == code
     call = link.submit(MessageType.READ, payloads.pack_number(7), 1, size - 7)
     link.wait([call])
     assert call.reply.payload == model.match(left, right, 16, 5).astype("<i2").tobytes()[-7:]
-    assert refused(link, MessageType.UPLOAD, bytes(1024)) == (ErrorCode.STATE, payloads.FrameState.DONE)
+    assert refused(link, MessageType.UPLOAD, bytes(1024)) == (ErrorCode.STATE, FrameState.DONE)
 
 
 def test_slots_run_out_and_come_back(link):
@@ -416,7 +435,10 @@ def test_slots_run_out_and_come_back(link):
     link.call(MessageType.OPEN, payloads.pack_size(64, 20), 99)
 
 
-@pytest.mark.parametrize(("option", "code"), [("--bus-error", ErrorCode.MATCHER), ("--hang-matcher", ErrorCode.TIMEOUT)])
+@pytest.mark.parametrize(("option", "code"), [
+    ("--bus-error", ErrorCode.MATCHER),
+    ("--hang-matcher", ErrorCode.TIMEOUT),
+])
 def test_a_matcher_that_fails_is_reported_and_the_session_goes_on(option, code):
     (pair,) = pairs(1)
     with native_device(option) as port, connect(f"tcp://127.0.0.1:{port}") as device:

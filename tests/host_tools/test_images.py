@@ -100,7 +100,8 @@ def test_written_files_are_what_they_say(tmp_path):
     map_  = rng.integers(-1, 1024, (20, 30)).astype(np.int16)
     map_[map_ < 0] = -16
     paths = write_disparity(tmp_path / "new" / "folder", map_, 64)
-    assert [path.name for path in paths] == ["disparity.npy", "disparity.pfm", "disparity.png", "disparity_color.png"]
+    assert [path.name for path in paths] == ["disparity.npy", "disparity.pfm", "disparity.png",
+                                             "disparity_color.png"]
     assert np.array_equal(np.load(paths[0]), map_)
     assert np.load(paths[0]).dtype == np.int16
     expected = np.where(map_ > 0, map_/16, np.nan).astype(np.float32)
@@ -140,8 +141,15 @@ def test_ground_truth_of_all_kinds(tmp_path):
 
 
 @pytest.mark.parametrize(("name", "content"), [
-    ("a.npy", b""), ("a.npy", b"nonsense"), ("a.npz", b"PK\3\4nonsense"), ("a.pfm", b""), ("a.pfm", b"Pf\n9 9\n-1.0\nshort"),
-    ("a.pfm", b"PF\n1 1\n-1.0\n" + bytes(12)), ("a.pfm", b"Pf\nx y\n-1.0\n"), ("a.png", b"nonsense"), ("a.pfm", b"Pf\n0 0\n-1\n"),
+    ("a.npy", b""),
+    ("a.npy", b"nonsense"),
+    ("a.npz", b"PK\3\4nonsense"),
+    ("a.png", b"nonsense"),
+    ("a.pfm", b""),
+    ("a.pfm", b"Pf\n9 9\n-1.0\nshort"),
+    ("a.pfm", b"PF\n1 1\n-1.0\n" + bytes(12)),
+    ("a.pfm", b"Pf\nx y\n-1.0\n"),
+    ("a.pfm", b"Pf\n0 0\n-1\n"),
 ])
 def test_damaged_ground_truth_is_refused_in_one_line(tmp_path, name, content):
     (tmp_path / name).write_bytes(content)
@@ -168,8 +176,12 @@ def test_pfm_comes_back():
     assert np.array_equal(decoded, [[np.inf, 0, 1], [1.5, 63, np.inf]])
 
 
-@pytest.mark.parametrize(("name", "size"), [("tsukuba", (288, 384)), ("venus", (383, 434)), ("teddy", (375, 450)),
-                                            ("cones", (375, 450))])
+@pytest.mark.parametrize(("name", "size"), [
+    ("tsukuba", (288, 384)),
+    ("venus", (383, 434)),
+    ("teddy", (375, 450)),
+    ("cones", (375, 450)),
+])
 def test_middlebury_pairs(name, size):
     pair   = stereo_pair(name)
     folder = stereo_folder(name)

@@ -34,7 +34,7 @@ def answer(request):
 
 def refuse(request, code, detail=0):
     payload = payloads.pack_error(code, request.type, detail)
-    return framed(Message(MessageType.ERROR, request.session, request.sequence, request.frame_id, request.offset, payload))
+    return framed(replace(request, type=MessageType.ERROR, payload=payload))
 
 
 def connected(script, settings=QUICK):
@@ -45,7 +45,8 @@ def connected(script, settings=QUICK):
 
 
 def upload(link, count):
-    return [link.submit(MessageType.UPLOAD, bytes(CHUNK_BYTES), 1, index*CHUNK_BYTES) for index in range(count)]
+    return [link.submit(MessageType.UPLOAD, bytes(CHUNK_BYTES), 1, index*CHUNK_BYTES)
+            for index in range(count)]
 
 
 def test_hello_gives_the_session_that_later_requests_carry():
@@ -151,7 +152,8 @@ def test_stale_and_foreign_replies_are_ignored():
         reply = request.reply(b"good")
         if request.type == MessageType.HELLO:
             return answer(request)
-        changes = ({"session": 1}, {"sequence": request.sequence ^ 1}, {"frame_id": 77}, {"offset": 5}, {"type": 0x8f})
+        changes = ({"session": 1}, {"sequence": request.sequence ^ 1}, {"frame_id": 77}, {"offset": 5},
+                   {"type": 0x8f})
         wrong = b"".join(framed(replace(reply, payload=b"evil", **change)) for change in changes)
         return wrong + framed(reply) + framed(reply)
 
@@ -205,7 +207,7 @@ def test_one_request_that_never_gets_through_is_given_up_after_its_tries():
 
 
 def test_a_slow_device_is_not_hurried():
-    """4 KB/s, as a simulated system: no request is sent twice although a chunk takes a quarter of a second."""
+    """4 KB/s, as a simulated system: nothing is sent twice although a chunk takes a quarter of a second."""
 
     class Slow(ScriptedTransport):
         ready_at = 0.0

@@ -45,7 +45,8 @@ def test_vectors_cover_every_type_and_error():
     types    = {message.type for message in messages}
     requests = {kind for kind in MessageType if kind != MessageType.ERROR}
     assert types == requests | {kind | protocol.REPLY for kind in requests} | {MessageType.ERROR}
-    codes = {payloads.unpack_error(message.payload)[0] for message in messages if message.type == MessageType.ERROR}
+    errors = [message for message in messages if message.type == MessageType.ERROR]
+    codes  = {payloads.unpack_error(message.payload)[0] for message in errors}
     assert codes == set(ErrorCode)
     assert {0, protocol.CHUNK_BYTES} <= {len(message.payload) for message in messages}
 
@@ -91,7 +92,8 @@ def test_what_does_not_fit_a_message_is_refused():
         Message(MessageType.UPLOAD, payload=bytes(1025)).encode()
     with pytest.raises(ProtocolError):
         Message(MessageType.UPLOAD, offset=1 << 32).encode()
-    assert len(Message(MessageType.UPLOAD, payload=bytes(1024)).encode()) == protocol.MAX_MESSAGE_BYTES == 1052
+    largest = Message(MessageType.UPLOAD, payload=bytes(1024)).encode()
+    assert len(largest) == protocol.MAX_MESSAGE_BYTES == 1052
 
 
 def test_payloads_come_back():
@@ -121,7 +123,8 @@ def test_short_payloads_are_refused():
             unpack(b"\0\0")
 
 
-@pytest.mark.parametrize(("width", "height", "pitch"), [(32, 32, 1024), (33, 32, 2048), (1, 1, 1024), (247, 166, 41984)])
+@pytest.mark.parametrize(("width", "height", "pitch"), [(32, 32, 1024), (33, 32, 2048), (1, 1, 1024),
+                                                        (247, 166, 41984)])
 def test_pitch_is_the_image_in_whole_chunks(width, height, pitch):
     assert payloads.frame_pitch(width, height) == pitch
 

@@ -37,9 +37,10 @@ def test_parts_of_urls():
 
 
 @pytest.mark.parametrize("text", [
-    "", "tcp", "model", "foo:", "tcp:", "tcp://", "tcp://host", "tcp://host:", "tcp://host:0", "tcp://host:65536",
-    "tcp://host:x", "tcp://:2000", "tcp://host:1/path", "tcp://host:1?baud=1", "tcp://[::1:2000", "serial:", "serial://x",
-    "serial:?baud=1", "model:/x", "model:?disparities", "sim://host", "/dev/ttyUSB0", "http://host:1",
+    "", "tcp", "model", "foo:", "tcp:", "tcp://", "tcp://host", "tcp://host:", "tcp://host:0",
+    "tcp://host:65536", "tcp://host:x", "tcp://:2000", "tcp://host:1/path", "tcp://host:1?baud=1",
+    "tcp://[::1:2000", "serial:", "serial://x", "serial:?baud=1", "model:/x", "model:?disparities", "sim://host",
+    "/dev/ttyUSB0", "http://host:1",
 ])
 def test_malformed_urls_are_refused_in_one_line(text):
     with pytest.raises(UrlError) as caught:
@@ -47,10 +48,10 @@ def test_malformed_urls_are_refused_in_one_line(text):
     assert "\n" not in str(caught.value)
 
 
-@pytest.mark.parametrize("text", ["serial:/dev/null?baud=fast", "serial:/dev/null?baud=0", "serial:/dev/null?parity=1"])
-def test_bad_serial_options_are_refused(text):
+@pytest.mark.parametrize("option", ["baud=fast", "baud=0", "parity=1"])
+def test_bad_serial_options_are_refused(option):
     with pytest.raises(UrlError):
-        open_transport(parse_url(text))
+        open_transport(parse_url(f"serial:/dev/null?{option}"))
 
 
 def test_tcp_carries_bytes_both_ways_and_tells_the_end():

@@ -17,14 +17,15 @@ from litestereo.host_tools.ground_truth import read_ground_truth
 from litestereo.host_tools.images import read_grey
 
 #: Folder with one folder per pair: left.png, right.png, and the truth times 256 in disp_left_u16.png.
-DATA_FOLDER = Path(os.environ.get("LITESTEREO_DATA") or Path(__file__).parents[3] / "shared" / "data" / "stereo")
+DATA_FOLDER = Path(os.environ.get("LITESTEREO_DATA")
+                   or Path(__file__).parents[3] / "shared" / "data" / "stereo")
 
 
 def stereo_folder(name: str) -> Path:
     """Folder of the pair `name` (tsukuba, venus, teddy, cones); skips the test if it is not there."""
     folder = DATA_FOLDER / name
     if not (folder / "left.png").is_file():
-        pytest.skip(f"the pair {name} is not in {DATA_FOLDER}: set LITESTEREO_DATA to the folder of the pairs")
+        pytest.skip(f"the pair {name} is not in {DATA_FOLDER}: set LITESTEREO_DATA to the pairs' folder")
     return folder
 
 

@@ -29,7 +29,7 @@ class Faults:
     repeated: int   = 0
     rng:      random.Random = field(default_factory=random.Random)
 
-    #: Longest run of bytes that is dropped or repeated: shorter than a message, so no request comes twice unasked.
+    #: Longest run of bytes that is dropped or repeated; shorter than a message, so none comes twice unasked.
     LONGEST_RUN = 20
 
     def apply(self, data: bytes) -> bytes:
@@ -58,7 +58,7 @@ class Faults:
 
 
 class Proxy(threading.Thread):
-    """Carries bytes between one device and any number of hosts, which all hear the device, as on a shared line."""
+    """Carries bytes between one device and any number of hosts, which all hear it, as on a shared line."""
 
     def __init__(self, device_port: int, to_device: Faults, to_host: Faults) -> None:
         super().__init__(daemon=True)
@@ -126,7 +126,8 @@ class Proxy(threading.Thread):
 
 
 @contextlib.contextmanager
-def proxied(device_port: int, to_device: Faults | None = None, to_host: Faults | None = None) -> Iterator[Proxy]:
+def proxied(device_port: int, to_device: Faults | None = None,
+            to_host: Faults | None = None) -> Iterator[Proxy]:
     """A device behind a line with these faults; without any the line is a good one that hosts share."""
     proxy = Proxy(device_port, to_device or Faults(), to_host or Faults())
     proxy.start()

@@ -39,7 +39,8 @@ def build() -> Path:
 @contextlib.contextmanager
 def native_device(*options: str) -> Iterator[int]:
     """Runs the program and gives its TCP port; a sanitizer's complaint fails the test at the end."""
-    with subprocess.Popen([build(), *options], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+    pipe = subprocess.PIPE
+    with subprocess.Popen([build(), *options], stdout=pipe, stderr=pipe, text=True) as process:
         try:
             line = process.stdout.readline()
             assert line.startswith("listening on 127.0.0.1:"), line + process.stderr.read()

@@ -26,7 +26,7 @@ def framed(message: Message) -> bytes:
 
 
 class ScriptedTransport:
-    """A transport whose other end is a script in the same thread; `requests` are all that it received, in order."""
+    """A transport whose other end is a script in the same thread; `requests` are all that it received."""
 
     def __init__(self, script: Script) -> None:
         self.requests: list[Message] = []

@@ -1,0 +1,58 @@
+/*
+ * This file is part of LiteStereo.
+ *
+ * SPDX-License-Identifier: BSD-2-Clause
+ */
+
+/* A session with memory that notices stray writes, and short ways to ask it something. */
+
+#ifndef FIXTURE_H
+#define FIXTURE_H
+
+#include "litestereo/bytes.h"
+#include "litestereo/session.h"
+
+#define SLOTS   3
+#define CANARY  0xa5
+#define NOBODY  0u
+
+/** The session asked. */
+extern session_t session;
+/** Where its frames are. */
+extern frame_pool_t pool;
+/** What it counts. */
+extern counters_t counters;
+/** What it says it is; to be changed before set_up(). */
+extern device_info_t device_info;
+/** Matches stopped by it. */
+extern unsigned stops;
+/** Token that requests carry. */
+extern uint32_t token;
+/** The last reply and its payload. */
+extern message_t reply;
+
+/** A new session server, without a session; memory is all canaries. */
+void set_up(void);
+
+/** Says hello and keeps the token. */
+void hello(uint32_t nonce);
+
+/** Sends a request; returns the type of the reply, which is in `reply`. */
+uint8_t ask(uint8_t type, uint32_t frame_id, uint32_t offset, const void *payload, uint32_t length);
+
+/** Opens a frame of that size; returns the type of the reply. */
+uint8_t open_frame(uint32_t frame_id, uint16_t width, uint16_t height);
+
+/** Brings a new frame of 61 x 43 pixels to a state. */
+frame_t *make_frame(uint32_t frame_id, frame_state_t state);
+
+/** Requires that the last reply was that error. */
+void require_error(enum protocol_error code, uint32_t detail);
+
+/** Requires that the memory of all slots is as it was when it was last looked at. */
+void require_untouched(void);
+
+/** Takes the memory as it is for what require_untouched() wants to see. */
+void look_at_memory(void);
+
+#endif

@@ -1,0 +1,258 @@
+/*
+ * This file is part of LiteStereo.
+ *
+ * SPDX-License-Identifier: BSD-2-Clause
+ */
+
+/* Requests about the session as a whole. */
+
+#include <string.h>
+
+#include "fixture.h"
+#include "require.h"
+
+static void put_parameter(uint8_t *entry, uint16_t parameter, int32_t value)
+{
+    put_u16(entry, parameter);
+    put_u16(entry + 2, 0);
+    put_u32(entry + 4, (uint32_t)value);
+}
+
+static void test_hello(void)
+{
+    set_up();
+    hello(0xcafe);
+    REQUIRE(token != 0 && get_u32(reply.payload + 4) == 0xcafe);
+    REQUIRE(get_u16(reply.payload + 8) == 0x0203 && get_u16(reply.payload + 10) == 0x0405);
+    REQUIRE(get_u16(reply.payload + 12) == 640 && get_u16(reply.payload + 14) == 480);
+    REQUIRE(get_u16(reply.payload + 16) == 64 && reply.payload[18] == 5 && reply.payload[19] == 21);
+    REQUIRE(get_u32(reply.payload + 20) == 0x11223344 && get_u32(reply.payload + 24) == pool.max_pixels);
+    REQUIRE(get_u16(reply.payload + 28) == SLOTS && get_u16(reply.payload + 30) == 1024);
+    REQUIRE(get_u32(reply.payload + 32) == 60000000);
+    REQUIRE(memcmp(reply.payload + 36, "test\0\0\0\0\0\0\0\0\0\0\0\0", 16) == 0);
+    REQUIRE(counters.value[COUNTER_SESSIONS] == 1);
+}
+
+static void test_hello_again(void)
+{
+    uint32_t first;
+
+    set_up();
+    hello(5);
+    first = token;
+    hello(5);
+    REQUIRE(token == first && counters.value[COUNTER_SESSIONS] == 1);
+    hello(6);
+    REQUIRE(token != first && counters.value[COUNTER_SESSIONS] == 2);
+    first = token;
+    REQUIRE(ask(TYPE_STATISTICS, 0, 0, NULL, 0) == 0x89);
+    hello(6);
+    REQUIRE(token != first && counters.value[COUNTER_SESSIONS] == 3);
+    /* A request of another session is none of this one. */
+    first = token;
+    token = first + 1;
+    ask(TYPE_STATISTICS, 0, 0, NULL, 0);
+    require_error(ERROR_SESSION, 0);
+    hello(6);
+    REQUIRE(token == first);
+}
+
+static void test_tokens_differ(void)
+{
+    uint32_t before = 0;
+
+    set_up();
+    for (uint32_t nonce = 0; nonce < 100000; nonce++) {
+        hello(nonce % 7);
+        ask(TYPE_STATUS, 1, 0, NULL, 0);
+        REQUIRE(token != 0 && token != before);
+        before = token;
+    }
+}
+
+static void test_hello_takes_over(void)
+{
+    set_up();
+    hello(1);
+    make_frame(1, FRAME_MATCHING);
+    make_frame(2, FRAME_READY);
+    make_frame(3, FRAME_LOADING);
+    REQUIRE(open_frame(4, 61, 43) == TYPE_ERROR);
+    require_error(ERROR_NO_SLOT, SLOTS);
+    hello(2);
+    REQUIRE(stops == 1 && counters.value[COUNTER_FRAMES_RECLAIMED] == 3 && counters.value[COUNTER_FRAMES_RELEASED] == 0);
+    for (unsigned slot = 0; slot < SLOTS; slot++) {
+        REQUIRE(pool.frame[slot].state == FRAME_EMPTY);
+    }
+    REQUIRE(session.disparities == 64 && session.block_size == 9);
+}
+
+/* The slots of the console are none of the link's business. */
+static void test_console_keeps_its_slot(void)
+{
+    frame_settings_t settings = {.width = 10, .height = 10};
+    frame_t         *frame;
+
+    set_up();
+    REQUIRE(frame_pool_open(&pool, FRAME_OWNER_CONSOLE, 1, &settings, &frame) == STATUS_OK);
+    hello(1);
+    REQUIRE(frame->state == FRAME_LOADING);
+    ask(TYPE_RELEASE, 1, 0, NULL, 0);
+    REQUIRE(frame->state == FRAME_LOADING);
+    ask(TYPE_BYE, 0, 0, NULL, 0);
+    REQUIRE(frame->state == FRAME_LOADING);
+}
+
+static void test_bye(void)
+{
+    set_up();
+    hello(1);
+    make_frame(1, FRAME_MATCHING);
+    REQUIRE(ask(TYPE_BYE, 0, 0, NULL, 0) == 0x8a && reply.length == 0);
+    REQUIRE(stops == 1 && counters.value[COUNTER_FRAMES_RELEASED] == 1);
+    REQUIRE(ask(TYPE_BYE, 0, 0, NULL, 0) == 0x8a);
+    ask(TYPE_STATUS, 1, 0, NULL, 0);
+    require_error(ERROR_SESSION, 0);
+    hello(1);
+    REQUIRE(counters.value[COUNTER_SESSIONS] == 2);
+}
+
+static void test_no_session(void)
+{
+    set_up();
+    for (uint8_t type = TYPE_CONFIGURE; type <= TYPE_BYE; type++) {
+        static const uint32_t tokens[] = {0, 1, 0xffffffff};
+
+        for (size_t i = 0; i < 3; i++) {
+            token = tokens[i];
+            ask(type, 1, 0, NULL, 0);
+            require_error(ERROR_SESSION, 0);
+        }
+    }
+    REQUIRE(counters.value[COUNTER_REQUESTS_REFUSED] == 27);
+}
+
+static void test_version_and_type(void)
+{
+    message_t request = {.version = 2, .type = TYPE_HELLO, .session = 9, .sequence = 8, .frame_id = 7, .offset = 6};
+    uint8_t   payload[PROTOCOL_CHUNK_SIZE];
+
+    set_up();
+    REQUIRE(session_handle(&session, 0, &request, &reply, payload));
+    require_error(ERROR_VERSION, 1);
+    REQUIRE(reply.version == 1 && reply.session == 9 && reply.sequence == 8 && reply.frame_id == 7 && reply.offset == 6);
+    for (unsigned type = 0; type < 256; type++) {
+        request.version = 1;
+        request.type    = (uint8_t)type;
+        if (type >= 0x80) {
+            REQUIRE(!session_handle(&session, 0, &request, &reply, payload));
+        } else if (type == 0 || type > TYPE_BYE) {
+            REQUIRE(session_handle(&session, 0, &request, &reply, payload));
+            require_error(ERROR_TYPE, type);
+        }
+    }
+    REQUIRE(counters.value[COUNTER_HEADER_ERRORS] == 128);
+}
+
+/* Every type whose payload has a length of its own minds every other length. */
+static void test_lengths(void)
+{
+    static const struct {
+        uint8_t  type;
+        uint32_t length;
+    } fixed[] = {
+        {TYPE_HELLO, 4}, {TYPE_OPEN, 4}, {TYPE_START, 0}, {TYPE_STATUS, 0}, {TYPE_READ, 4}, {TYPE_RELEASE, 0},
+        {TYPE_STATISTICS, 0}, {TYPE_BYE, 0},
+    };
+    static const uint8_t payload[PROTOCOL_CHUNK_SIZE];
+
+    set_up();
+    hello(1);
+    for (size_t i = 0; i < sizeof(fixed) / sizeof(fixed[0]); i++) {
+        for (uint32_t length = 0; length <= PROTOCOL_CHUNK_SIZE; length++) {
+            if (length != fixed[i].length) {
+                ask(fixed[i].type, 1, 0, payload, length);
+                require_error(ERROR_LENGTH, fixed[i].length);
+            }
+        }
+    }
+    for (uint32_t length = 1; length <= 33; length++) {
+        if (length % 8 != 0) {
+            ask(TYPE_CONFIGURE, 0, 0, payload, length);
+            require_error(ERROR_LENGTH, length / 8 * 8);
+        }
+    }
+}
+
+static void test_configure(void)
+{
+    uint8_t payload[16];
+
+    set_up();
+    hello(1);
+    REQUIRE(session.disparities == 64 && session.block_size == 9);
+    REQUIRE(ask(TYPE_CONFIGURE, 0, 0, payload, 0) == 0x82 && reply.length == 0);
+    for (int32_t value = -40; value < 300; value++) {
+        bool disparities = value >= 16 && value <= 64 && value % 16 == 0;
+        bool block_size  = value >= 5 && value <= 21 && value % 2 == 1;
+
+        put_parameter(payload, PARAMETER_DISPARITIES, value);
+        REQUIRE((ask(TYPE_CONFIGURE, 0, 0, payload, 8) == 0x82) == disparities);
+        if (!disparities) {
+            require_error(ERROR_RANGE, PARAMETER_DISPARITIES);
+        }
+        put_parameter(payload, PARAMETER_BLOCK_SIZE, value);
+        REQUIRE((ask(TYPE_CONFIGURE, 0, 0, payload, 8) == 0x82) == block_size);
+        if (!block_size) {
+            require_error(ERROR_RANGE, PARAMETER_BLOCK_SIZE);
+        }
+    }
+    REQUIRE(session.disparities == 64 && session.block_size == 21);
+    put_parameter(payload, PARAMETER_BLOCK_SIZE, 261);  /* 5 in its low byte. */
+    ask(TYPE_CONFIGURE, 0, 0, payload, 8);
+    require_error(ERROR_RANGE, PARAMETER_BLOCK_SIZE);
+    put_parameter(payload, PARAMETER_DISPARITIES, 32);
+    put_parameter(payload + 8, 3, 1);
+    ask(TYPE_CONFIGURE, 0, 0, payload, 16);
+    require_error(ERROR_PARAMETER, 3);
+    REQUIRE(session.disparities == 64);  /* All are checked before one is set. */
+    put_parameter(payload + 8, PARAMETER_BLOCK_SIZE, 7);
+    REQUIRE(ask(TYPE_CONFIGURE, 0, 0, payload, 16) == 0x82 && session.disparities == 32 && session.block_size == 7);
+}
+
+static void test_small_device(void)
+{
+    device_info_t usual = device_info;
+
+    device_info.max_block_size = 7;
+    set_up();
+    REQUIRE(session.block_size == 7);
+    device_info = usual;
+}
+
+static void test_statistics(void)
+{
+    set_up();
+    hello(1);
+    counters.value[COUNTER_CONSOLE_LINES] = 0x01020304;
+    REQUIRE(ask(TYPE_STATISTICS, 0, 0, NULL, 0) == 0x89 && reply.length == 80);
+    REQUIRE(get_u32(reply.payload) == 2 && get_u32(reply.payload + 4) == 1);
+    REQUIRE(get_u32(reply.payload + 8 * 4) == 1 && get_u32(reply.payload + 19 * 4) == 0x01020304);
+}
+
+int main(void)
+{
+    test_hello();
+    test_hello_again();
+    test_tokens_differ();
+    test_hello_takes_over();
+    test_console_keeps_its_slot();
+    test_bye();
+    test_no_session();
+    test_version_and_type();
+    test_lengths();
+    test_configure();
+    test_small_device();
+    test_statistics();
+    return 0;
+}
