@@ -54,7 +54,7 @@ void memory_from_device(void)
 void platform_attach_stereo(void (*handler)(void))
 {
     irq_attach(STEREO_INTERRUPT, handler);
-    irq_setmask(irq_getmask() | (1u << STEREO_INTERRUPT));
+    irq_setmask(1u << STEREO_INTERRUPT);
     irq_setie(1);
 }
 

@@ -210,13 +210,14 @@ static uint32_t likely_length(const message_t *message, unsigned *random)
 }
 
 /* Bytes as an unlucky line would deliver them: noise, pieces of frames, and frames with a byte changed. The valid
- * ones open and load frames, so the noise meets a device that is at work. */
+ * ones open, load and start frames, so the noise meets a device that is at work. */
 static size_t make_noise(unsigned *random, uint8_t *bytes)
 {
     static const uint8_t types[] = {TYPE_CONFIGURE, TYPE_OPEN, TYPE_OPEN, TYPE_UPLOAD, TYPE_UPLOAD, TYPE_UPLOAD,
         TYPE_UPLOAD, TYPE_UPLOAD, TYPE_UPLOAD, TYPE_START, TYPE_START, TYPE_STATUS, TYPE_READ, TYPE_READ,
         TYPE_STATISTICS};
-    static const uint8_t rare[] = {TYPE_HELLO, TYPE_HELLO, TYPE_RELEASE, TYPE_RELEASE, TYPE_RELEASE, TYPE_BYE, 0x7f, 0x81};
+    static const uint8_t rare[] = {TYPE_HELLO, TYPE_HELLO, TYPE_RELEASE, TYPE_RELEASE, TYPE_RELEASE, TYPE_BYE, 0x7f,
+        0x81};
     uint8_t   payload[PROTOCOL_CHUNK_SIZE], buffer[PROTOCOL_MESSAGE_MAX];
     message_t message = {.version = 1, .payload = payload};
     size_t    length;

@@ -22,7 +22,8 @@ static uint8_t *address(uintptr_t value)
     return (uint8_t *)value;
 }
 
-static void expect_capabilities(uint32_t version, uint32_t width, uint32_t disparities, uint32_t sizes, uint32_t alignment)
+static void expect_capabilities(uint32_t version, uint32_t width, uint32_t disparities, uint32_t sizes,
+    uint32_t alignment)
 {
     expect_read("block_sizes", sizes);
     expect_read("version", version);
