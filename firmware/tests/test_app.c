@@ -161,6 +161,70 @@ static void test_bench(void)
     REQUIRE_TYPE("selftest\r", "selftest: refused: no slot is free\r\n");
 }
 
+static frame_t *load(uint32_t id)
+{
+    frame_settings_t settings = {.width = 40, .height = 20, .disparities = 16, .block_size = 5};
+    frame_t         *frame;
+
+    REQUIRE(frame_pool_open(&app.pool, FRAME_OWNER_LINK, id, &settings, &frame) == STATUS_OK);
+    REQUIRE(frame_fill(frame) == STATUS_OK && frame_pool_start(&app.pool, frame) == STATUS_OK);
+    return frame;
+}
+
+/* Frames are matched one at a time, in the order of their starts, and each gets its own map. */
+static void test_matcher(void)
+{
+    frame_t *frame[3];
+
+    boot();
+    for (uint32_t i = 0; i < 3; i++) {
+        frame[i] = load(i);
+    }
+    for (uint32_t i = 0; i < 3; i++) {
+        app_poll(&app);
+        for (int turns = 0; frame[i]->state == FRAME_MATCHING; turns++) {
+            REQUIRE(turns < 100 && (i == 2 || frame[i + 1]->state == FRAME_READY));
+            app_poll(&app);
+        }
+        REQUIRE(frame[i]->state == FRAME_DONE && frame[i]->result.clocks == 800);
+        REQUIRE(frame_map(frame[i])[0] == 0xf0 && frame_map(frame[i])[1] == 0xff);
+    }
+    REQUIRE(app.counters.value[COUNTER_FRAMES_MATCHED] == 3 && app.counters.value[COUNTER_FRAMES_FAILED] == 0);
+    REQUIRE(app.counters.value[COUNTER_MATCHER_INTERRUPTS] == 3);
+}
+
+/* A stopped match writes nothing any more, and the next one is not held up. */
+static void test_stop(void)
+{
+    frame_t *frame, *next;
+
+    boot();
+    frame = load(1);
+    next  = load(2);
+    app_poll(&app);
+    REQUIRE(frame->state == FRAME_MATCHING);
+    matcher_stop(&app.matcher, frame);
+    REQUIRE(frame->state == FRAME_FAILED && frame->result.detail == STEREO_ERROR_ABORTED);
+    REQUIRE((stereo_status_read() & 1) == 0);
+    for (int turns = 0; turns < 100; turns++) {
+        app_poll(&app);
+    }
+    REQUIRE(frame_map(frame)[0] == 0 && next->state == FRAME_DONE);
+}
+
+/* Settings that the gateware does not take fail the frame, not the device. */
+static void test_refused_settings(void)
+{
+    frame_t *frame;
+
+    boot();
+    frame = load(1);
+    frame->settings.block_size = 6;
+    app_poll(&app);
+    REQUIRE(frame->state == FRAME_FAILED && frame->result.error == ERROR_MATCHER);
+    REQUIRE(frame->result.detail == STEREO_ERROR_CONFIG);
+}
+
 static void test_faults(void)
 {
     boot();
@@ -297,6 +361,9 @@ int main(int argc, char **argv)
     fake_stereo.clock = look_at_clock;
     test_console();
     test_bench();
+    test_matcher();
+    test_stop();
+    test_refused_settings();
     test_faults();
     test_wrong_gateware();
     test_flood(argc > 1 ? (unsigned)strtoul(argv[1], NULL, 0) : 1);

@@ -70,6 +70,25 @@ static void test_tokens_differ(void)
     }
 }
 
+/* A draw that comes out as the token before is drawn again. */
+static void test_token_is_not_the_one_before(void)
+{
+    static const uint8_t nonce[4] = {1, 2, 3, 4};
+    message_t            request  = {.version = 1, .type = TYPE_HELLO, .length = 4, .payload = nonce};
+    uint8_t              payload[PROTOCOL_CHUNK_SIZE];
+    session_t            before;
+    uint32_t             drawn;
+
+    set_up();
+    before = session;
+    REQUIRE(session_handle(&session, 5, &request, &reply, payload));
+    drawn         = session.token;
+    session       = before;
+    session.token = drawn;
+    REQUIRE(session_handle(&session, 5, &request, &reply, payload));
+    REQUIRE(session.token != drawn && session.token != 0);
+}
+
 static void test_hello_takes_over(void)
 {
     set_up();
@@ -247,6 +266,7 @@ int main(void)
     test_hello();
     test_hello_again();
     test_tokens_differ();
+    test_token_is_not_the_one_before();
     test_hello_takes_over();
     test_console_keeps_its_slot();
     test_bye();
