@@ -168,7 +168,7 @@ static void type(console_t *console, char character)
 
 void console_start(console_t *console)
 {
-    console_printf(console, "\n%s, firmware %u.%u, gateware %u.%u: try help\n" PROMPT, console->info->name,
+    console_printf(console, "\nLiteStereo on %s, firmware %u.%u, gateware %u.%u: try help\n" PROMPT, console->info->name,
         console->info->firmware_version >> 8, console->info->firmware_version & 0xff,
         console->info->gateware_version >> 8, console->info->gateware_version & 0xff);
 }

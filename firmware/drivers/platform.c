@@ -28,6 +28,11 @@ uint32_t clock_hz(void)
     return CONFIG_CLOCK_FREQUENCY;
 }
 
+const char *platform_name(void)
+{
+    return LITESTEREO_NAME;
+}
+
 static void compiler_barrier(void)
 {
     __asm__ volatile("" ::: "memory");

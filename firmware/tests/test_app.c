@@ -45,6 +45,7 @@ uint64_t clock_now(void)
     return now;
 }
 
+const char *platform_name(void)          { return "test"; }
 uint32_t clock_hz(void)                  { return 1000000; }
 void     memory_to_device(void)          {}
 void     memory_from_device(void)        {}
@@ -114,7 +115,7 @@ static void boot(void)
 static void test_console(void)
 {
     boot();
-    REQUIRE(strstr(out, "LiteStereo") != NULL && strstr(out, "litestereo> ") != NULL);
+    REQUIRE(strstr(out, "LiteStereo on test") != NULL && strstr(out, "litestereo> ") != NULL);
     REQUIRE_TYPE("help\r", "bench WIDTH HEIGHT DISPARITIES BLOCK_SIZE");
     REQUIRE_TYPE("info\n", "disparities: 16 to 64\r\n");
     REQUIRE(strcmp(type("\r"), "\r\nlitestereo> ") == 0);

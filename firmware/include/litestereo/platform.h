@@ -18,6 +18,9 @@ uint64_t clock_now(void);
 /** Clocks in a second. */
 uint32_t clock_hz(void);
 
+/** What the device calls itself, ASCII. */
+const char *platform_name(void);
+
 /** Makes all that the CPU wrote visible to a peripheral that reads memory. */
 void memory_to_device(void);
 
