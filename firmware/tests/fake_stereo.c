@@ -99,7 +99,7 @@ void stereo_control_write(uint8_t value)
     if ((value & 1) != 0) {
         start();
     }
-    if ((value & 2) != 0 && regs.busy) {
+    if ((value & 2) != 0 && regs.busy && !fake_stereo.stuck) {
         end(CODE_ABORTED);
     }
 }

@@ -226,6 +226,25 @@ static void test_refused_settings(void)
     REQUIRE(frame->result.detail == STEREO_ERROR_CONFIG);
 }
 
+/* An accelerator that does not even stop costs bounded waits, and works again once it does. */
+static void test_stuck(void)
+{
+    frame_t *frame, *next;
+
+    boot();
+    fake_stereo.hang = fake_stereo.stuck = true;
+    frame = load(1);
+    next  = load(2);
+    for (int turns = 0; turns < 10000; turns++) {
+        app_poll(&app);
+    }
+    REQUIRE(frame->state == FRAME_FAILED && frame->result.error == ERROR_TIMEOUT && frame->result.detail > 100000);
+    REQUIRE(next->state == FRAME_FAILED && next->result.error == ERROR_TIMEOUT && next->result.detail == 0);
+    fake_stereo.hang = fake_stereo.stuck = false;
+    fake_stereo_advance();
+    REQUIRE_TYPE("selftest\r", "selftest: passed");
+}
+
 static void test_faults(void)
 {
     boot();
@@ -365,6 +384,7 @@ int main(int argc, char **argv)
     test_matcher();
     test_stop();
     test_refused_settings();
+    test_stuck();
     test_faults();
     test_wrong_gateware();
     test_flood(argc > 1 ? (unsigned)strtoul(argv[1], NULL, 0) : 1);
