@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Each core's emitted Verilog against its model in NumPy: gaps in the input, a reset in mid-frame, then the next frame."""
+"""Each core's emitted Verilog against NumPy: gaps in the input, a reset in mid-frame, then the next frame."""
 
 from __future__ import annotations
 
@@ -214,3 +214,18 @@ def test_border(valid, ready):
             assert result.last.nonzero()[0].tolist() == [width*height - 1]
             assert result.accepted == count
             core.reset()
+
+
+@pytest.mark.parametrize("module, settings", [
+    (LineBuffer(MAX_WIDTH, MAX_BLOCK), {"width": 30, "block_size": 5}),
+    (AbsoluteDifference(MAX_WIDTH, DISPARITIES), {}),
+    (ColumnSum(MAX_WIDTH, DISPARITIES, MAX_BLOCK), {}),
+    (BlockSum(MAX_WIDTH, DISPARITIES, MAX_BLOCK), {"block_size": 5}),
+    (Winner(MAX_WIDTH, 48, MAX_BLOCK), {"disparities": 48}),
+], ids=lambda value: type(value).__name__)
+def test_latency(module, settings):
+    """An item comes out as many clocks after it went in as the core says."""
+    core = StreamCore(module, list(settings), pipeline=True)
+    core.set(**settings)
+    result = core.run(pack(module.sink, {"complete": np.ones(1)}), 1)
+    assert result.probe_clock - 1 == module.latency

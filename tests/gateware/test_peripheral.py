@@ -11,12 +11,18 @@ import numpy as np
 import pytest
 from litedram.common import LiteDRAMNativePort
 from litex.soc.interconnect import wishbone
-from support.memory import Memory, port_pins, slave
-from support.pairs import byte_generator, textured_pair
 
-from litestereo.gateware.peripheral import ERROR_ABORTED, ERROR_BUS, ERROR_CONFIG, ERROR_NONE, StereoPeripheral
+from litestereo.gateware.peripheral import (
+    ERROR_ABORTED,
+    ERROR_BUS,
+    ERROR_CONFIG,
+    ERROR_NONE,
+    StereoPeripheral,
+)
 from litestereo.sim.model import match
 from litestereo.sim.pin_core import PinCore
+from support.memory import Memory, port_pins, slave
+from support.pairs import byte_generator, textured_pair
 
 MAX_WIDTH, DISPARITIES, MAX_BLOCK = 48, 16, 9
 MEMORY_BYTES = 1 << 15
