@@ -10,8 +10,7 @@
 
 #include "litestereo/platform.h"
 
-#define FIRMWARE_VERSION 0x0001u
-#define DEVICE_NAME      "LiteStereo"
+#define FIRMWARE_VERSION 0x0001u  /* Major x 256 + minor. */
 
 /* Bytes taken from the line in one turn. */
 #define BURST 256
@@ -45,7 +44,7 @@ static void describe(app_t *app)
         .max_block_size   = can->max_block_size,
         .features         = can->features,
         .sys_clk_hz       = clock_hz(),
-        .name             = DEVICE_NAME,
+        .name             = platform_name(),
     };
 }
 

@@ -57,14 +57,11 @@ static void run(console_t *console, frame_t *frame)
         (unsigned)crc32_update(0, frame_map(frame), frame_map_size(frame)));
 }
 
-bool command_bench(console_t *console, int argc, char **argv)
+bool command_bench(console_t *console, char **argv)
 {
     frame_settings_t settings;
     frame_t         *frame;
 
-    if (argc != 5) {
-        return false;
-    }
     settings = (frame_settings_t){
         .width       = (uint16_t)parse_number(argv[1], UINT16_MAX),
         .height      = (uint16_t)parse_number(argv[2], UINT16_MAX),

@@ -10,12 +10,12 @@
 #include "litestereo/console.h"
 
 /** `selftest`: compares the accelerator with the CPU, pixel for pixel. */
-bool command_selftest(console_t *console, int argc, char **argv);
+bool command_selftest(console_t *console, char **argv);
 
 /** `bench WIDTH HEIGHT DISPARITIES BLOCK_SIZE`: matches a fixed pattern and tells the clocks and the map's CRC. */
-bool command_bench(console_t *console, int argc, char **argv);
+bool command_bench(console_t *console, char **argv);
 
-/** Prints why a frame could not be opened, or failed, after `command`: its clear end in words. */
+/** Prints, as the last word of `command`, why a frame is FAILED. */
 void print_failure(console_t *console, const char *command, const frame_t *frame);
 
 #endif

@@ -14,21 +14,22 @@
 
 #define PROMPT "litestereo> "
 
-static bool command_help(console_t *console, int argc, char **argv);
-static bool command_info(console_t *console, int argc, char **argv);
-static bool command_stats(console_t *console, int argc, char **argv);
+static bool command_help(console_t *console, char **argv);
+static bool command_info(console_t *console, char **argv);
+static bool command_stats(console_t *console, char **argv);
 
 static const struct {
     const char       *name;
+    int               words;  /* The name and its arguments. */
     const char       *arguments;
     const char       *help;
     console_command_t run;
 } commands[] = {
-    {"help",     "",                                       "show the commands",              command_help},
-    {"info",     "",                                       "show what the device can do",    command_info},
-    {"stats",    "",                                       "show the counters",              command_stats},
-    {"selftest", "",                                       "compare accelerator and CPU",    command_selftest},
-    {"bench",    " WIDTH HEIGHT DISPARITIES BLOCK_SIZE",   "match a fixed pattern",          command_bench},
+    {"help",     1, "",                                     "show the commands",           command_help},
+    {"info",     1, "",                                     "show what the device can do", command_info},
+    {"stats",    1, "",                                     "show the counters",           command_stats},
+    {"selftest", 1, "",                                     "compare accelerator and CPU", command_selftest},
+    {"bench",    5, " WIDTH HEIGHT DISPARITIES BLOCK_SIZE", "match a fixed pattern",       command_bench},
 };
 
 #define COMMANDS (sizeof(commands) / sizeof(commands[0]))
@@ -59,16 +60,16 @@ void console_printf(console_t *console, const char *format, ...)
     console->write(console->context, (const uint8_t *)line, strlen(line));
 }
 
-static bool command_help(console_t *console, int argc, char **argv)
+static bool command_help(console_t *console, char **argv)
 {
     (void)argv;
     for (size_t i = 0; i < COMMANDS; i++) {
         console_printf(console, "%s%s: %s\n", commands[i].name, commands[i].arguments, commands[i].help);
     }
-    return argc == 1;
+    return true;
 }
 
-static bool command_info(console_t *console, int argc, char **argv)
+static bool command_info(console_t *console, char **argv)
 {
     const device_info_t *info = console->info;
     const frame_pool_t  *pool = console->matcher->pool;
@@ -83,16 +84,16 @@ static bool command_info(console_t *console, int argc, char **argv)
     console_printf(console, "block size: %u to %u\n", info->min_block_size, info->max_block_size);
     console_printf(console, "frames: %u slots of %u pixels, at most %u wide\n", pool->slots,
         (unsigned)pool->max_pixels, info->max_width);
-    return argc == 1;
+    return true;
 }
 
-static bool command_stats(console_t *console, int argc, char **argv)
+static bool command_stats(console_t *console, char **argv)
 {
     (void)argv;
     for (unsigned i = 0; i < COUNTERS; i++) {
         console_printf(console, "%s: %u\n", counter_name(i), (unsigned)console->counters->value[i]);
     }
-    return argc == 1;
+    return true;
 }
 
 /* Cuts the line into words; returns their number, CONSOLE_WORDS + 1 if there are more. */
@@ -121,7 +122,7 @@ static void run_line(console_t *console)
     count(console->counters, COUNTER_CONSOLE_LINES);
     for (size_t i = 0; i < COMMANDS; i++) {
         if (strcmp(argv[0], commands[i].name) == 0) {
-            if (argc > CONSOLE_WORDS || !commands[i].run(console, argc, argv)) {
+            if (argc != commands[i].words || !commands[i].run(console, argv)) {
                 console_printf(console, "usage: %s%s\n", commands[i].name, commands[i].arguments);
             }
             return;
@@ -168,7 +169,7 @@ static void type(console_t *console, char character)
 
 void console_start(console_t *console)
 {
-    console_printf(console, "\n%s, firmware %u.%u, gateware %u.%u: try help\n" PROMPT, console->info->name,
+    console_printf(console, "\nLiteStereo on %s, firmware %u.%u, gateware %u.%u: try help\n" PROMPT, console->info->name,
         console->info->firmware_version >> 8, console->info->firmware_version & 0xff,
         console->info->gateware_version >> 8, console->info->gateware_version & 0xff);
 }

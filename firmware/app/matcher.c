@@ -66,8 +66,16 @@ static void begin_next(matcher_t *matcher, uint64_t clock)
     }
     job = matcher_job(frame);
     frame_pool_begin(matcher->pool, frame);
-    if (stereo_submit(matcher->stereo, &job, clock) != STATUS_OK) {
+    switch (stereo_submit(matcher->stereo, &job, clock)) {
+    case STATUS_OK:
+        break;
+    case STATUS_BUSY:
+        /* The frame before could not be stopped: this one has no time to wait for. */
+        finish(matcher, frame, &(frame_result_t){.error = ERROR_TIMEOUT});
+        break;
+    default:
         finish(matcher, frame, &(frame_result_t){.error = ERROR_MATCHER, .detail = STEREO_ERROR_CONFIG});
+        break;
     }
 }
 

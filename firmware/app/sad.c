@@ -6,6 +6,8 @@
 
 #include "sad.h"
 
+#include <stdbool.h>
+
 /* The frame and the block, which all steps below need. */
 typedef struct {
     const uint8_t *left;
@@ -19,45 +21,44 @@ typedef struct {
     uint32_t      *column;  /* Running sum over the rows of the block, one per column. */
 } pair_t;
 
-static uint32_t difference(const pair_t *pair, uint32_t row, uint32_t x, uint32_t disparity)
+/* Adds the absolute differences of a row to the column sums, or takes them away. */
+static void add_row(const pair_t *pair, uint32_t row, uint32_t disparity, bool take_away)
 {
-    uint32_t at = row * pair->width + x;
-    uint32_t a  = pair->left[at];
-    uint32_t b  = pair->right[at - disparity];
+    const uint8_t *left   = pair->left + row * pair->width;
+    const uint8_t *right  = pair->right + row * pair->width - disparity;
+    uint32_t      *column = pair->column;
+    uint32_t       width  = pair->width;
 
-    return a > b ? a - b : b - a;
-}
+    for (uint32_t x = pair->first; x < width; x++) {
+        int32_t difference = left[x] - right[x];
 
-/* Moves the column sums down to the block whose last row is `row`. */
-static void add_row(const pair_t *pair, uint32_t row, uint32_t disparity)
-{
-    for (uint32_t x = pair->first; x < pair->width; x++) {
-        pair->column[x] += difference(pair, row, x, disparity);
-        if (row >= pair->block) {
-            pair->column[x] -= difference(pair, row - pair->block, x, disparity);
+        if ((difference < 0) != take_away) {
+            difference = -difference;
         }
+        column[x] += (uint32_t)difference;
     }
 }
 
 /* Sums columns up to the costs of one row of blocks, and keeps those that are smaller than the best so far. */
 static void compare_row(const pair_t *pair, uint32_t row, uint32_t disparity)
 {
-    uint32_t margin = pair->block / 2;
-    uint32_t offset = (row - margin) * pair->width;
-    uint32_t cost   = 0;
+    uint32_t        margin  = pair->block / 2;
+    uint32_t       *best    = pair->best + row * pair->width;
+    int16_t        *map     = pair->map + row * pair->width;
+    const uint32_t *column  = pair->column + pair->first;
+    const uint32_t *leaving = column;
+    uint32_t        cost    = 0;
 
-    for (uint32_t x = pair->first; x < pair->width; x++) {
-        uint32_t centre = offset + x - margin;
-
-        cost += pair->column[x];
-        if (x - pair->first < pair->block - 1) {
-            continue;
+    for (uint32_t i = 0; i + 1 < pair->block; i++) {
+        cost += *column++;
+    }
+    for (uint32_t x = pair->first + margin; x < pair->width - margin; x++) {
+        cost += *column++;
+        if (cost < best[x]) {
+            best[x] = cost;
+            map[x]  = (int16_t)(disparity * 16);
         }
-        if (cost < pair->best[centre]) {
-            pair->best[centre] = cost;
-            pair->map[centre]  = (int16_t)(disparity * 16);
-        }
-        cost -= pair->column[x - (pair->block - 1)];
+        cost -= *leaving++;
     }
 }
 
@@ -76,9 +77,12 @@ void sad_match(const uint8_t *left, const uint8_t *right, uint32_t width, uint32
             pair.column[x] = 0;
         }
         for (uint32_t row = 0; row < height; row++) {
-            add_row(&pair, row, disparity);
+            add_row(&pair, row, disparity, false);
+            if (row >= block_size) {
+                add_row(&pair, row - block_size, disparity, true);
+            }
             if (row >= block_size - 1) {
-                compare_row(&pair, row, disparity);
+                compare_row(&pair, row - block_size / 2, disparity);
             }
         }
     }

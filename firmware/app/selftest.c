@@ -124,15 +124,12 @@ static bool is_possible(const console_t *console, const frame_settings_t *settin
         && settings->width <= MAX_WIDTH && pixels <= MAX_PIXELS && pixels <= console->matcher->pool->max_pixels;
 }
 
-bool command_selftest(console_t *console, int argc, char **argv)
+bool command_selftest(console_t *console, char **argv)
 {
     unsigned done   = 0;
     unsigned pixels = 0;
 
     (void)argv;
-    if (argc != 1) {
-        return false;
-    }
     for (size_t i = 0; i < sizeof(cases) / sizeof(cases[0]); i++) {
         frame_settings_t settings = case_settings(&cases[i], console->info);
 

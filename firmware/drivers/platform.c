@@ -28,6 +28,11 @@ uint32_t clock_hz(void)
     return CONFIG_CLOCK_FREQUENCY;
 }
 
+const char *platform_name(void)
+{
+    return LITESTEREO_NAME;
+}
+
 static void compiler_barrier(void)
 {
     __asm__ volatile("" ::: "memory");
@@ -54,7 +59,7 @@ void memory_from_device(void)
 void platform_attach_stereo(void (*handler)(void))
 {
     irq_attach(STEREO_INTERRUPT, handler);
-    irq_setmask(irq_getmask() | (1u << STEREO_INTERRUPT));
+    irq_setmask(1u << STEREO_INTERRUPT);
     irq_setie(1);
 }
 

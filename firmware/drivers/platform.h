@@ -23,4 +23,8 @@
 #define UART_TX_FIFO_DEPTH 16
 #endif
 
+#ifndef LITESTEREO_NAME
+#define LITESTEREO_NAME "LiteStereo"
+#endif
+
 #endif

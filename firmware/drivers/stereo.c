@@ -61,7 +61,7 @@ status_t stereo_init(stereo_t *stereo)
         .capabilities = {
             .version         = (uint16_t)stereo_version_read(),
             .max_width       = (uint16_t)stereo_max_width_read(),
-            .max_height      = UINT16_MAX,
+            .max_height      = STEREO_MAX_HEIGHT,
             .max_disparities = (uint16_t)stereo_max_disparities_read(),
             .min_block_size  = (uint8_t)block_sizes,
             .max_block_size  = (uint8_t)(block_sizes >> 8),
@@ -194,16 +194,14 @@ status_t stereo_abort(stereo_t *stereo)
 {
     uint64_t begin = clock_now();
 
-    if (is_busy()) {
-        stereo_control_write(CONTROL_ABORT);
-    }
+    stereo->busy = false;
     while (is_busy()) {
+        /* Again and again, as the gateware does not listen while it checks the settings of a frame. */
+        stereo_control_write(CONTROL_ABORT);
         if (clock_now() - begin > ABORT_BUDGET) {
-            stereo->busy = false;
             return STATUS_TIMEOUT;
         }
     }
-    stereo->busy = false;
     clear_events(stereo);
     return STATUS_OK;
 }

@@ -36,14 +36,14 @@ static size_t round_up(size_t value, size_t step)
     return (value + step - 1) / step * step;
 }
 
-/* Most pixels whose images, in whole chunks, and map fit in `size` bytes. */
+/* Most pixels whose images, in whole chunks, and map fit in `size` bytes, a multiple of the alignment. */
 static uint32_t capacity(size_t size)
 {
     size_t   chunks = size / (4 * CHUNK) + 1;  /* A pixel takes four bytes, and the last chunk may be part empty. */
     uint32_t pixels = 0;
 
     for (; chunks > 0 && pixels == 0; chunks--) {
-        size_t left = size > 2 * chunks * CHUNK ? (size - 2 * chunks * CHUNK) / FRAME_ALIGNMENT * FRAME_ALIGNMENT : 0;
+        size_t left = size > 2 * chunks * CHUNK ? size - 2 * chunks * CHUNK : 0;
         size_t fit  = left / 2 < chunks * CHUNK ? left / 2 : chunks * CHUNK;
 
         if (fit > (chunks - 1) * CHUNK) {

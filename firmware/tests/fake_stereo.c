@@ -67,7 +67,7 @@ static void start(void)
     regs.first_row_clocks = regs.width * (regs.block_size / 2 + 1) * fake_stereo.clocks_per_pixel;
     regs.ready            = fake_stereo.clock() + regs.clocks;
     if (regs.disparities > fake_stereo.max_disparities || regs.width > fake_stereo.max_width
-        || regs.block_size > fake_stereo.max_block_size) {
+        || regs.height > 4095 || regs.block_size > fake_stereo.max_block_size) {
         end(CODE_CONFIG);
         return;
     }
@@ -99,7 +99,7 @@ void stereo_control_write(uint8_t value)
     if ((value & 1) != 0) {
         start();
     }
-    if ((value & 2) != 0 && regs.busy) {
+    if ((value & 2) != 0 && regs.busy && !fake_stereo.stuck) {
         end(CODE_ABORTED);
     }
 }

@@ -26,7 +26,4 @@ void require_all_done(void);
 /** Time that clock_now() gives, and how much it goes on at each look. */
 extern uint64_t mock_clock, mock_clock_step;
 
-/** Value of the status register once the expectations that name it have run out; UINT32_MAX for none. */
-extern uint32_t mock_status_forever;
-
 #endif

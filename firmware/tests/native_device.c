@@ -80,6 +80,11 @@ uint32_t clock_hz(void)
     return device.clock_hz;
 }
 
+const char *platform_name(void)
+{
+    return "LiteStereo";
+}
+
 /* Memory. */
 
 void memory_to_device(void)

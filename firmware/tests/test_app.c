@@ -45,6 +45,7 @@ uint64_t clock_now(void)
     return now;
 }
 
+const char *platform_name(void)          { return "test"; }
 uint32_t clock_hz(void)                  { return 1000000; }
 void     memory_to_device(void)          {}
 void     memory_from_device(void)        {}
@@ -114,7 +115,7 @@ static void boot(void)
 static void test_console(void)
 {
     boot();
-    REQUIRE(strstr(out, "LiteStereo") != NULL && strstr(out, "litestereo> ") != NULL);
+    REQUIRE(strstr(out, "LiteStereo on test") != NULL && strstr(out, "litestereo> ") != NULL);
     REQUIRE_TYPE("help\r", "bench WIDTH HEIGHT DISPARITIES BLOCK_SIZE");
     REQUIRE_TYPE("info\n", "disparities: 16 to 64\r\n");
     REQUIRE(strcmp(type("\r"), "\r\nlitestereo> ") == 0);
@@ -159,6 +160,89 @@ static void test_bench(void)
     }
     REQUIRE_TYPE("bench 64 32 16 5\r", "bench: refused: no slot is free\r\n");
     REQUIRE_TYPE("selftest\r", "selftest: refused: no slot is free\r\n");
+}
+
+static frame_t *load(uint32_t id)
+{
+    frame_settings_t settings = {.width = 40, .height = 20, .disparities = 16, .block_size = 5};
+    frame_t         *frame;
+
+    REQUIRE(frame_pool_open(&app.pool, FRAME_OWNER_LINK, id, &settings, &frame) == STATUS_OK);
+    REQUIRE(frame_fill(frame) == STATUS_OK && frame_pool_start(&app.pool, frame) == STATUS_OK);
+    return frame;
+}
+
+/* Frames are matched one at a time, in the order of their starts, and each gets its own map. */
+static void test_matcher(void)
+{
+    frame_t *frame[3];
+
+    boot();
+    for (uint32_t i = 0; i < 3; i++) {
+        frame[i] = load(i);
+    }
+    for (uint32_t i = 0; i < 3; i++) {
+        app_poll(&app);
+        for (int turns = 0; frame[i]->state == FRAME_MATCHING; turns++) {
+            REQUIRE(turns < 100 && (i == 2 || frame[i + 1]->state == FRAME_READY));
+            app_poll(&app);
+        }
+        REQUIRE(frame[i]->state == FRAME_DONE && frame[i]->result.clocks == 800);
+        REQUIRE(frame_map(frame[i])[0] == 0xf0 && frame_map(frame[i])[1] == 0xff);
+    }
+    REQUIRE(app.counters.value[COUNTER_FRAMES_MATCHED] == 3 && app.counters.value[COUNTER_FRAMES_FAILED] == 0);
+    REQUIRE(app.counters.value[COUNTER_MATCHER_INTERRUPTS] == 3);
+}
+
+/* A stopped match writes nothing any more, and the next one is not held up. */
+static void test_stop(void)
+{
+    frame_t *frame, *next;
+
+    boot();
+    frame = load(1);
+    next  = load(2);
+    app_poll(&app);
+    REQUIRE(frame->state == FRAME_MATCHING);
+    matcher_stop(&app.matcher, frame);
+    REQUIRE(frame->state == FRAME_FAILED && frame->result.detail == STEREO_ERROR_ABORTED);
+    REQUIRE((stereo_status_read() & 1) == 0);
+    for (int turns = 0; turns < 100; turns++) {
+        app_poll(&app);
+    }
+    REQUIRE(frame_map(frame)[0] == 0 && next->state == FRAME_DONE);
+}
+
+/* Settings that the gateware does not take fail the frame, not the device. */
+static void test_refused_settings(void)
+{
+    frame_t *frame;
+
+    boot();
+    frame = load(1);
+    frame->settings.block_size = 6;
+    app_poll(&app);
+    REQUIRE(frame->state == FRAME_FAILED && frame->result.error == ERROR_MATCHER);
+    REQUIRE(frame->result.detail == STEREO_ERROR_CONFIG);
+}
+
+/* An accelerator that does not even stop costs bounded waits, and works again once it does. */
+static void test_stuck(void)
+{
+    frame_t *frame, *next;
+
+    boot();
+    fake_stereo.hang = fake_stereo.stuck = true;
+    frame = load(1);
+    next  = load(2);
+    for (int turns = 0; turns < 10000; turns++) {
+        app_poll(&app);
+    }
+    REQUIRE(frame->state == FRAME_FAILED && frame->result.error == ERROR_TIMEOUT && frame->result.detail > 100000);
+    REQUIRE(next->state == FRAME_FAILED && next->result.error == ERROR_TIMEOUT && next->result.detail == 0);
+    fake_stereo.hang = fake_stereo.stuck = false;
+    fake_stereo_advance();
+    REQUIRE_TYPE("selftest\r", "selftest: passed");
 }
 
 static void test_faults(void)
@@ -210,13 +294,14 @@ static uint32_t likely_length(const message_t *message, unsigned *random)
 }
 
 /* Bytes as an unlucky line would deliver them: noise, pieces of frames, and frames with a byte changed. The valid
- * ones open and load frames, so the noise meets a device that is at work. */
+ * ones open, load and start frames, so the noise meets a device that is at work. */
 static size_t make_noise(unsigned *random, uint8_t *bytes)
 {
     static const uint8_t types[] = {TYPE_CONFIGURE, TYPE_OPEN, TYPE_OPEN, TYPE_UPLOAD, TYPE_UPLOAD, TYPE_UPLOAD,
         TYPE_UPLOAD, TYPE_UPLOAD, TYPE_UPLOAD, TYPE_START, TYPE_START, TYPE_STATUS, TYPE_READ, TYPE_READ,
         TYPE_STATISTICS};
-    static const uint8_t rare[] = {TYPE_HELLO, TYPE_HELLO, TYPE_RELEASE, TYPE_RELEASE, TYPE_RELEASE, TYPE_BYE, 0x7f, 0x81};
+    static const uint8_t rare[] = {TYPE_HELLO, TYPE_HELLO, TYPE_RELEASE, TYPE_RELEASE, TYPE_RELEASE, TYPE_BYE, 0x7f,
+        0x81};
     uint8_t   payload[PROTOCOL_CHUNK_SIZE], buffer[PROTOCOL_MESSAGE_MAX];
     message_t message = {.version = 1, .payload = payload};
     size_t    length;
@@ -296,6 +381,10 @@ int main(int argc, char **argv)
     fake_stereo.clock = look_at_clock;
     test_console();
     test_bench();
+    test_matcher();
+    test_stop();
+    test_refused_settings();
+    test_stuck();
     test_faults();
     test_wrong_gateware();
     test_flood(argc > 1 ? (unsigned)strtoul(argv[1], NULL, 0) : 1);

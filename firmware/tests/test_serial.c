@@ -94,6 +94,8 @@ static void test_receive(void)
     REQUIRE(uart.accesses <= 2 * 256 + 4);
     arrive(255);
     REQUIRE(serial_receive(&serial, bytes, 300) == 255 && memcmp(bytes, uart.line + 259, 255) == 0);
+    arrive(256);
+    REQUIRE(serial_receive(&serial, bytes, 300) == 256 && memcmp(bytes, uart.line + 514, 256) == 0);
 }
 
 static void test_send(void)
@@ -131,6 +133,25 @@ static void test_backlog(void)
     REQUIRE(got == 700 && memcmp(in, uart.line, 700) == 0);
 }
 
+/* A backlog that is full leaves the rest to the FIFO. */
+static void test_full_backlog(void)
+{
+    uint8_t out[64] = {0};
+    uint8_t in[1024];
+
+    set_up(1000);
+    while (uart.come < SERIAL_BACKLOG_SIZE) {
+        arrive(256);
+        serial_send(&serial, out, sizeof(out));
+        uart.out_length = 0;
+    }
+    arrive(256);
+    serial_send(&serial, out, sizeof(out));
+    REQUIRE(uart.come == SERIAL_BACKLOG_SIZE);
+    REQUIRE(serial_receive(&serial, in, sizeof(in)) == SERIAL_BACKLOG_SIZE + 256);
+    REQUIRE(memcmp(in, uart.line, SERIAL_BACKLOG_SIZE + 256) == 0);
+}
+
 /* A line that takes nothing costs one bounded wait, and comes back when it moves again. */
 static void test_dead_line(void)
 {
@@ -155,6 +176,7 @@ int main(void)
     test_receive();
     test_send();
     test_backlog();
+    test_full_backlog();
     test_dead_line();
     return 0;
 }

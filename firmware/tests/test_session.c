@@ -70,6 +70,25 @@ static void test_tokens_differ(void)
     }
 }
 
+/* A draw that comes out as the token before is drawn again. */
+static void test_token_is_not_the_one_before(void)
+{
+    static const uint8_t nonce[4] = {1, 2, 3, 4};
+    message_t            request  = {.version = 1, .type = TYPE_HELLO, .length = 4, .payload = nonce};
+    uint8_t              payload[PROTOCOL_CHUNK_SIZE];
+    session_t            before;
+    uint32_t             drawn;
+
+    set_up();
+    before = session;
+    REQUIRE(session_handle(&session, 5, &request, &reply, payload));
+    drawn         = session.token;
+    session       = before;
+    session.token = drawn;
+    REQUIRE(session_handle(&session, 5, &request, &reply, payload));
+    REQUIRE(session.token != drawn && session.token != 0);
+}
+
 static void test_hello_takes_over(void)
 {
     set_up();
@@ -80,7 +99,8 @@ static void test_hello_takes_over(void)
     REQUIRE(open_frame(4, 61, 43) == TYPE_ERROR);
     require_error(ERROR_NO_SLOT, SLOTS);
     hello(2);
-    REQUIRE(stops == 1 && counters.value[COUNTER_FRAMES_RECLAIMED] == 3 && counters.value[COUNTER_FRAMES_RELEASED] == 0);
+    REQUIRE(stops == 1 && counters.value[COUNTER_FRAMES_RECLAIMED] == 3);
+    REQUIRE(counters.value[COUNTER_FRAMES_RELEASED] == 0);
     for (unsigned slot = 0; slot < SLOTS; slot++) {
         REQUIRE(pool.frame[slot].state == FRAME_EMPTY);
     }
@@ -140,7 +160,8 @@ static void test_version_and_type(void)
     set_up();
     REQUIRE(session_handle(&session, 0, &request, &reply, payload));
     require_error(ERROR_VERSION, 1);
-    REQUIRE(reply.version == 1 && reply.session == 9 && reply.sequence == 8 && reply.frame_id == 7 && reply.offset == 6);
+    REQUIRE(reply.version == 1 && reply.session == 9 && reply.sequence == 8);
+    REQUIRE(reply.frame_id == 7 && reply.offset == 6);
     for (unsigned type = 0; type < 256; type++) {
         request.version = 1;
         request.type    = (uint8_t)type;
@@ -245,6 +266,7 @@ int main(void)
     test_hello();
     test_hello_again();
     test_tokens_differ();
+    test_token_is_not_the_one_before();
     test_hello_takes_over();
     test_console_keeps_its_slot();
     test_bye();

@@ -44,7 +44,7 @@ void console_receive(console_t *console, const uint8_t *text, size_t length);
 /** Prints as printf does, at most 200 characters; a newline goes out as carriage return and newline. */
 void console_printf(console_t *console, const char *format, ...) __attribute__((format(printf, 2, 3)));
 
-/** A command: its words are `argv`[0] to `argv`[`argc` - 1]; returns false to have its usage shown. */
-typedef bool (*console_command_t)(console_t *console, int argc, char **argv);
+/** A command: `argv`[0] is its name, and its arguments follow; returns false to have its usage shown. */
+typedef bool (*console_command_t)(console_t *console, char **argv);
 
 #endif

@@ -18,13 +18,16 @@ uint64_t clock_now(void);
 /** Clocks in a second. */
 uint32_t clock_hz(void);
 
+/** What the device calls itself, ASCII. */
+const char *platform_name(void);
+
 /** Makes all that the CPU wrote visible to a peripheral that reads memory. */
 void memory_to_device(void);
 
 /** Makes all that a peripheral wrote in memory visible to the CPU. */
 void memory_from_device(void);
 
-/** Calls `handler` at each interrupt of the matcher from now on. */
+/** Calls `handler` at each interrupt of the matcher from now on, and takes no other interrupt. */
 void platform_attach_stereo(void (*handler)(void));
 
 /** Memory between the program and the end of main RAM; writes its size in bytes to `size`. */

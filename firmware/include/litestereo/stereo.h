@@ -17,11 +17,14 @@
 /** Largest DMA alignment that this firmware lays frames out for, in bytes. */
 #define STEREO_MAX_ALIGNMENT 64u
 
+/** Most rows of a frame, whatever the gateware was built for. */
+#define STEREO_MAX_HEIGHT 4095u
+
 /** What the gateware was built for. */
 typedef struct {
     uint16_t version;          /**< Major x 256 + minor. */
     uint16_t max_width;        /**< Pixels. */
-    uint16_t max_height;       /**< Pixels: what the register holds. */
+    uint16_t max_height;       /**< Pixels, STEREO_MAX_HEIGHT. */
     uint16_t max_disparities;  /**< A multiple of 16. */
     uint8_t  min_block_size;   /**< Pixels, odd. */
     uint8_t  max_block_size;   /**< Pixels, odd. */

@@ -1,0 +1,95 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""The numbers in the firmware's headers against the tables of docs/protocol.md."""
+
+import re
+
+import pytest
+
+from support.firmware_build import ROOT
+
+DOCUMENT = (ROOT / "docs" / "protocol.md").read_text()
+INCLUDE  = ROOT / "firmware" / "include" / "litestereo"
+PROTOCOL = (INCLUDE / "protocol.h").read_text()
+
+
+def section(title):
+    """Rows of the first table under a heading, as lists of cells."""
+    text = re.search(rf"^#+ {title}\n(.*?)(?=^#|\Z)", DOCUMENT, re.MULTILINE | re.DOTALL)[1]
+    rows = [line.strip("|").split("|") for line in text.splitlines() if line.startswith("|")]
+    return [[cell.strip() for cell in row] for row in rows[2:]]
+
+
+def enumeration(name, prefix):
+    body = re.search(rf"enum {name} {{(.*?)}};", PROTOCOL, re.DOTALL)[1]
+    return {match[1].lower(): int(match[2], 0) for match in re.finditer(rf"{prefix}(\w+)\s*=\s*(\w+),", body)}
+
+
+def constant(name):
+    return int(re.search(rf"#define {name}\s+(\w+?)u?\n", PROTOCOL)[1], 0)
+
+
+def test_types():
+    documented = {row[1].removeprefix("(only as reply) ").lower(): int(row[0].strip("`"), 16)
+                  for row in section("Types")}
+    assert enumeration("protocol_type", "TYPE_") == documented
+
+
+def test_errors():
+    documented = {row[1].strip("`").lower(): int(row[0]) for row in section("Errors")}
+    assert enumeration("protocol_error", "ERROR_") == {"none": 0} | documented
+
+
+def test_size_details():
+    detail = next(row[2] for row in section("Errors") if row[1] == "`SIZE`")
+    assert [int(number) for number in re.findall(r"(\d) too", detail)] \
+        == sorted(enumeration("protocol_size", "SIZE_").values())
+
+
+def test_parameters():
+    documented = {row[1].strip("`"): int(row[0]) for row in section("Parameters")}
+    assert enumeration("protocol_parameter", "PARAMETER_") == documented
+
+
+def test_header():
+    documented = {row[2].strip("`"): int(row[0]) for row in section("Message") if row[0].isdigit()}
+    assert constant("PROTOCOL_HEADER_SIZE") == documented.pop("payload")
+    assert enumeration("protocol_header", "HEADER_") == documented
+
+
+def test_counters():
+    documented = [row[1].strip("`") for row in section("Counters")]
+    assert [int(row[0]) for row in section("Counters")] == list(range(len(documented)))
+    body = re.search(r"enum counter {(.*?)}", (INCLUDE / "counters.h").read_text(), re.DOTALL)[1]
+    assert [name.lower() for name in re.findall(r"COUNTER_(\w+)", body)] == documented
+    source = (ROOT / "firmware" / "link" / "counters.c").read_text()
+    assert re.findall(r'"(\w+)"', source.split("names[", 1)[1]) == documented
+
+
+def test_states():
+    header     = (INCLUDE / "frame_pool.h").read_text()
+    body       = re.search(r"typedef enum {([^}]*FRAME_EMPTY.*?)} frame_state_t", header, re.DOTALL)[1]
+    states     = {name.lower(): int(value) for name, value in re.findall(r"FRAME_(\w+)\s*=\s*(\d)", body)}
+    documented = next(row[2] for row in section("Frame status") if "`state`" in row[2])
+    assert states == {name: int(value) for value, name in re.findall(r"(\d) (\w+)", documented)}
+
+
+@pytest.mark.parametrize(("name", "pattern"), [
+    ("PROTOCOL_VERSION",           r"Link protocol, version (\d+)"),
+    ("PROTOCOL_MAGIC",             r"\(`(0x\w+)`\)"),
+    ("PROTOCOL_CHUNK_SIZE",        r"bytes of payload, 0 to (\d+)"),
+    ("PROTOCOL_CAPABILITIES_SIZE", r"name` of the device.*?^(\d+) bytes\."),
+    ("PROTOCOL_STATUS_SIZE",       r"first missing upload offset while.*?^(\d+) bytes\."),
+    ("PROTOCOL_NO_OFFSET",         r"`(0xf+)` if none is missing"),
+])
+def test_constants(name, pattern):
+    assert constant(name) == int(re.search(pattern, DOCUMENT, re.MULTILINE | re.DOTALL)[1], 0)
+
+
+def test_lengths_of_a_message():
+    shortest, longest = re.search(r"A message is (\d+) to (\d+) bytes long", DOCUMENT).groups()
+    assert constant("PROTOCOL_HEADER_SIZE") + constant("PROTOCOL_CRC_SIZE") == int(shortest)
+    assert int(shortest) + constant("PROTOCOL_CHUNK_SIZE") == int(longest)
