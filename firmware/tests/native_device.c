@@ -8,26 +8,17 @@
 
 #define _DEFAULT_SOURCE
 
-#include <arpa/inet.h>
-#include <errno.h>
-#include <fcntl.h>
 #include <getopt.h>
-#include <netinet/tcp.h>
-#include <poll.h>
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
 #include <sys/mman.h>
-#include <sys/socket.h>
 #include <time.h>
-#include <unistd.h>
 
 #include "app/app.h"
 #include "fake_stereo.h"
-#include "generated/csr.h"
-#include "libbase/uart.h"
 #include "litestereo/platform.h"
+#include "tcp_uart.h"
 
 /* Where the frame memory lies: registers hold 32-bit addresses, so it has to be below 4 GiB. */
 #define MEMORY_BASE 0x40000000u
@@ -37,20 +28,12 @@ static struct {
     uint8_t *memory;
     size_t   memory_size;
     uint32_t clock_hz;
-    int      listener;
-    int      client;  /* -1 while nobody is connected. */
-    uint8_t  in[65536];
-    size_t   in_length, in_used;
-    uint8_t  out[65536];
-    size_t   out_length;
-} device = {.memory_size = 16 << 20, .clock_hz = 100000000, .client = -1};
-
-static volatile sig_atomic_t stopping;
+} device = {.memory_size = 16 << 20, .clock_hz = 100000000};
 
 static void stop(int signal)
 {
     (void)signal;
-    stopping = 1;
+    tcp_uart_stop();
 }
 
 static void fail(const char *what)
@@ -111,146 +94,7 @@ static void handle_interrupt(void)
     stereo_isr(&device.app.stereo);
 }
 
-/* The line. */
-
-static void hang_up(void)
-{
-    if (device.client >= 0) {
-        close(device.client);
-    }
-    device.client     = -1;
-    device.in_length  = 0;
-    device.in_used    = 0;
-    device.out_length = 0;
-}
-
-static void flush_out(void)
-{
-    size_t sent = 0;
-
-    while (sent < device.out_length && device.client >= 0 && !stopping) {
-        ssize_t n = send(device.client, device.out + sent, device.out_length - sent, MSG_NOSIGNAL);
-
-        if (n > 0) {
-            sent += (size_t)n;
-        } else if (n < 0 && (errno == EAGAIN || errno == EINTR)) {
-            poll(&(struct pollfd){.fd = device.client, .events = POLLOUT}, 1, 100);
-        } else {
-            hang_up();
-        }
-    }
-    device.out_length = 0;
-}
-
-static void fetch(void)
-{
-    ssize_t n;
-
-    if (device.in_used < device.in_length || device.client < 0) {
-        return;
-    }
-    n = recv(device.client, device.in, sizeof(device.in), 0);
-    device.in_used   = 0;
-    device.in_length = n > 0 ? (size_t)n : 0;
-    if (n == 0 || (n < 0 && errno != EAGAIN && errno != EINTR)) {
-        hang_up();
-    }
-}
-
-uint32_t uart_rxempty_read(void)
-{
-    fetch();
-    return device.in_used == device.in_length;
-}
-
-uint32_t uart_rxfull_read(void)
-{
-    return device.in_length - device.in_used >= 256;
-}
-
-uint32_t uart_rxtx_read(void)
-{
-    return device.in_used < device.in_length ? device.in[device.in_used] : 0;
-}
-
-void uart_ev_pending_write(uint32_t value)
-{
-    if ((value & UART_EV_RX) != 0 && device.in_used < device.in_length) {
-        device.in_used++;
-    }
-}
-
-void uart_rxtx_write(uint32_t value)
-{
-    if (device.client < 0) {
-        return;
-    }
-    device.out[device.out_length++] = (uint8_t)value;
-    if (device.out_length == sizeof(device.out)) {
-        flush_out();
-    }
-}
-
-uint32_t uart_txempty_read(void)
-{
-    return 1;
-}
-
-uint32_t uart_txfull_read(void)
-{
-    return 0;
-}
-
-void uart_ev_enable_write(uint32_t value)
-{
-    (void)value;
-}
-
 /* The program. */
-
-static void listen_on(uint16_t port)
-{
-    struct sockaddr_in address = {
-        .sin_family = AF_INET,
-        .sin_port   = htons(port),
-        .sin_addr   = {htonl(INADDR_LOOPBACK)},
-    };
-    socklen_t length = sizeof(address);
-    int       on     = 1;
-
-    device.listener = socket(AF_INET, SOCK_STREAM, 0);
-    setsockopt(device.listener, SOL_SOCKET, SO_REUSEADDR, &on, sizeof(on));
-    if (bind(device.listener, (struct sockaddr *)&address, length) != 0 || listen(device.listener, 4) != 0) {
-        fail("listen");
-    }
-    getsockname(device.listener, (struct sockaddr *)&address, &length);
-    printf("listening on 127.0.0.1:%u\n", ntohs(address.sin_port));
-    fflush(stdout);
-}
-
-static void accept_client(void)
-{
-    int on = 1;
-
-    device.client = accept(device.listener, NULL, NULL);
-    if (device.client >= 0) {
-        fcntl(device.client, F_SETFL, O_NONBLOCK);
-        setsockopt(device.client, IPPROTO_TCP, TCP_NODELAY, &on, sizeof(on));
-    }
-}
-
-/* Sleeps until there is something to do, but not for long: a match may end. */
-static void wait_for_work(void)
-{
-    struct pollfd wait = {.fd = device.client >= 0 ? device.client : device.listener, .events = POLLIN};
-
-    if (device.in_used < device.in_length) {
-        return;
-    }
-    if (poll(&wait, 1, 1) > 0 && device.client < 0) {
-        accept_client();
-    }
-}
 
 static void usage(void)
 {
@@ -323,12 +167,16 @@ int main(int argc, char **argv)
         return 1;
     }
     platform_attach_stereo(handle_interrupt);
-    listen_on(port);
-    while (!stopping) {
-        wait_for_work();
-        app_poll(&device.app);
-        flush_out();
+    port = tcp_uart_listen(port);
+    if (port == 0) {
+        fail("listen");
     }
-    hang_up();
+    printf("listening on 127.0.0.1:%u\n", port);
+    fflush(stdout);
+    while (tcp_uart_wait()) {
+        app_poll(&device.app);
+        tcp_uart_flush();
+    }
+    tcp_uart_hang_up();
     return 0;
 }

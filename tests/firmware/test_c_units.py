@@ -28,7 +28,7 @@ def test_unit(programs, unit):
 @pytest.mark.parametrize("seed", range(2, 12))
 def test_flood_of_bytes(programs, seed):
     """The whole firmware under noise that other seeds make."""
-    run(programs / "test_app", str(seed))
+    run(programs / "test_flood", str(seed))
 
 
 def test_vectors_of_the_host_tools(programs):

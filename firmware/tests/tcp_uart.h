@@ -1,0 +1,30 @@
+/*
+ * This file is part of LiteStereo.
+ *
+ * SPDX-License-Identifier: BSD-2-Clause
+ */
+
+/* A TCP port of this computer behind the UART functions of the stub csr.h; serves one client at a time. */
+
+#ifndef TCP_UART_H
+#define TCP_UART_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+/** Listens on a port of 127.0.0.1, or on a free one if it is 0; returns the port, or 0 with errno set. */
+uint16_t tcp_uart_listen(uint16_t port);
+
+/** Sleeps until there is something to do, but not for long: a match may end. Returns false once stopped. */
+bool tcp_uart_wait(void);
+
+/** Ends all waits for good; may be called by a signal handler. */
+void tcp_uart_stop(void);
+
+/** Sends what was written. */
+void tcp_uart_flush(void);
+
+/** Ends the connection, if there is one. */
+void tcp_uart_hang_up(void);
+
+#endif
