@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from support.pairs import generator, textured_pair
 
 from litestereo.sim.model import INVALID, match, minimum_size
+from support.pairs import generator, textured_pair
 
 
 def by_definition(left, right, disparities, block_size):

@@ -17,9 +17,6 @@ import time
 
 import numpy as np
 import pytest
-from support.data import stereo_pair
-from support.fault_proxy import Faults, proxied
-from support.pairs import SEED, generator, textured_pair
 
 from litestereo.host_tools.device import connect
 from litestereo.host_tools.settings import MatcherSettings
@@ -27,6 +24,9 @@ from litestereo.sim.bench import measure
 from litestereo.sim.build import SimulationError
 from litestereo.sim.model import match
 from litestereo.sim.system import start_simulation
+from support.data import stereo_pair
+from support.fault_proxy import Faults, proxied
+from support.pairs import SEED, generator, textured_pair
 
 pytestmark = pytest.mark.system
 
