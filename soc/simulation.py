@@ -19,8 +19,9 @@ from litex.build.sim.config       import SimConfig
 from litex.soc.integration.builder import Builder
 from litex.soc.integration.soc    import SoCRegion
 
-from litedram.modules   import M12L64322A
-from litedram.phy.model import SDRAMPHYModel
+from litedram.core.controller import ControllerSettings
+from litedram.modules         import M12L64322A
+from litedram.phy.model       import SDRAMPHYModel
 
 from migen.genlib.io import CRG
 
@@ -94,9 +95,12 @@ class SDRAMSoC(SimulatedSoC):
 
     def add_main_memory(self):
         # The chip's timing at 60 MHz, the clock of the board.
-        module       = M12L64322A(int(60e6), "1:1")
-        self.sdrphy  = SDRAMPHYModel(module, data_width=32, clk_freq=int(60e6))
-        self.add_sdram("sdram", phy=self.sdrphy, module=module, size=MAIN_RAM_BYTES, l2_cache_size=0)
+        module      = M12L64322A(int(60e6), "1:1")
+        self.sdrphy = SDRAMPHYModel(module, data_width=32, clk_freq=int(60e6))
+        # Turning the bus from reading to writing and back costs ten clocks: let each side finish its burst.
+        settings = ControllerSettings(read_time=256, write_time=128)
+        self.add_sdram("sdram", phy=self.sdrphy, module=module, size=MAIN_RAM_BYTES, l2_cache_size=0,
+            controller_settings=settings)
         # A short memory test: each word of it is seconds of simulation.
         self.add_constant("MEMTEST_DATA_SIZE", 4*1024)
         self.add_constant("MEMTEST_ADDR_SIZE", 4*1024)
