@@ -144,8 +144,8 @@ class StreamCore:
         Parameters
         ----------
         words
-            Items for the sink, uint32, N x `sink_words` (or N if an item fits one word); fields in the order of the layout
-            from bit 0.
+            Items for the sink, uint32, N x `sink_words` (or N if an item fits one word); fields from bit 0 up in
+            the order of the layout.
         outputs
             Number of items to capture.
         first, last

@@ -89,7 +89,8 @@ class IntegratedRAMSoC(SimulatedSoC):
 class SDRAMSoC(SimulatedSoC):
     """Main memory in SDRAM; LiteX's BIOS starts it and copies the firmware there from flash, as on a board."""
     def __init__(self, **kwargs):
-        SimulatedSoC.__init__(self, "sim-sdram", integrated_rom_size=64*1024, **kwargs)
+        # Long bursts: after each one the chip changes its row.
+        SimulatedSoC.__init__(self, "sim-sdram", integrated_rom_size=64*1024, burst_bytes=256, **kwargs)
 
     def add_main_memory(self):
         # The chip's timing at 60 MHz, the clock of the board.

@@ -45,6 +45,8 @@ class StereoSoC(StereoMixin, SoCCore):
         self.add_clocking(platform, sys_clk_freq)
         SoCCore.__init__(self, platform, clk_freq=sys_clk_freq, **soc_kwargs)
         self.add_constant("LITESTEREO_NAME", name)
+        self.add_constant("UART_RX_FIFO_DEPTH", soc_kwargs["uart_fifo_depth"])
+        self.add_constant("UART_TX_FIFO_DEPTH", soc_kwargs["uart_fifo_depth"])
         memory = self.add_main_memory()
         self.add_stereo(
             max_width      = max_width,

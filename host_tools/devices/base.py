@@ -150,7 +150,7 @@ class Device(abc.ABC):
         DeviceError if the device has no console, LinkTimeout if it prints nothing at all.
         """
 
-    def close(self) -> None:
+    def close(self) -> None:  # noqa: B027 - devices that hold nothing need none
         """Lets go of the device; closing twice does no harm."""
 
     def __enter__(self) -> Self:

@@ -99,7 +99,8 @@ def test_absolute_difference(valid):
         bench.interrupt(pixels | place, clock=int(rng.integers(2, width*height)))
         out = bench.run(pixels | place, width*height, valid)
         for suffix, field in [("", "enter"), ("_old", "leave")]:
-            left, right = (columns_of_raster(pixels[side + suffix], width, height)[..., 0] for side in ("left", "right"))
+            left, right = (columns_of_raster(pixels[side + suffix], width, height)[..., 0]
+                           for side in ("left", "right"))
             result      = columns_of_raster(out[field], width, height)
             for lane in range(DISPARITIES):
                 expected = np.abs(left[:, lane:] - right[:, :width - lane])

@@ -127,7 +127,7 @@ def test_reset_in_mid_frame(matcher):
 
 
 def test_one_pixel_per_clock(matcher):
-    """A VGA frame takes its pixels, the rows of the lower border, and little more; the first row waits for its block."""
+    """A frame takes a clock per pixel and per pixel of the lower border; the first row waits for its block."""
     left, right = textured_pair(640, 480, generator(35))
     for block_size in (5, 9, 21):
         disparity, clocks, first_row = matcher.match(left, right, 64, block_size)

@@ -19,10 +19,12 @@ def port_pins(prefix: str, port) -> tuple[dict, dict]:
     if isinstance(port, wishbone.Interface):
         return ({f"{prefix}_{name}": getattr(port, name) for name in ("dat_r", "ack", "err")},
                 {f"{prefix}_{name}": getattr(port, name) for name in ("adr", "dat_w", "sel", "cyc", "stb", "we")})
-    assert isinstance(port, LiteDRAMNativePort)
+    if not isinstance(port, LiteDRAMNativePort):
+        raise TypeError(f"no model for a port of type {type(port).__name__}")
     return ({f"{prefix}_cmd_ready": port.cmd.ready, f"{prefix}_wdata_ready": port.wdata.ready,
              f"{prefix}_rdata_valid": port.rdata.valid, f"{prefix}_rdata_data": port.rdata.data},
-            {f"{prefix}_cmd_valid": port.cmd.valid, f"{prefix}_cmd_we": port.cmd.we, f"{prefix}_cmd_addr": port.cmd.addr,
+            {f"{prefix}_cmd_valid": port.cmd.valid, f"{prefix}_cmd_we": port.cmd.we,
+             f"{prefix}_cmd_addr": port.cmd.addr,
              f"{prefix}_wdata_valid": port.wdata.valid, f"{prefix}_wdata_data": port.wdata.data,
              f"{prefix}_wdata_we": port.wdata.we, f"{prefix}_rdata_ready": port.rdata.ready})
 
@@ -65,20 +67,31 @@ class Memory:
         self.bytes[start:start + self.word_bytes] = value.to_bytes(self.word_bytes, "little")
 
 
-class WishboneSlave:
-    """Answers a Wishbone master. Classic cycles: an access, once begun, stays until it is answered."""
+class Slave:
+    """What both kinds of port share: pins by their short names."""
     def __init__(self, core, prefix: str, memory: Memory) -> None:
         self.core, self.prefix, self.memory = core, prefix, memory
-        self.open: tuple[int, int] | None = None
+        self.reset()
+
+    def get(self, name: str) -> int:
+        """Value of the master's pin."""
+        return self.core.get(f"{self.prefix}_{name}")
+
+    def put(self, **values: int) -> None:
+        """Drive pins towards the master."""
+        self.core.set(**{f"{self.prefix}_{name}": value for name, value in values.items()})
+
+
+class WishboneSlave(Slave):
+    """Answers a Wishbone master. Classic cycles: an access, once begun, stays until it is answered."""
 
     def reset(self) -> None:
         """Forget an access that a reset has cut off."""
-        self.open = None
+        self.open: tuple[int, int] | None = None
 
     def step(self) -> None:
         """Before each rising edge: answer, or not yet."""
-        get     = lambda name: self.core.get(f"{self.prefix}_{name}")  # noqa: E731
-        request = (get("adr"), get("we")) if get("cyc") and get("stb") else None
+        request = (self.get("adr"), self.get("we")) if self.get("cyc") and self.get("stb") else None
         assert self.open in (None, request), "the master let go of an access that was not answered"
         self.open = request
         answer = {"ack": 0, "err": 0, "dat_r": self.memory.rng.getrandbits(8*self.memory.word_bytes)}
@@ -90,44 +103,37 @@ class WishboneSlave:
             else:
                 answer["ack"] = 1
                 if writes:
-                    assert get("sel") == 2**self.memory.word_bytes - 1
-                    self.memory.write(word, get("dat_w"))
+                    assert self.get("sel") == 2**self.memory.word_bytes - 1
+                    self.memory.write(word, self.get("dat_w"))
                 else:
                     answer["dat_r"] = self.memory.read(word)
-        self.core.set(**{f"{self.prefix}_{name}": value for name, value in answer.items()})
+        self.put(**answer)
 
 
-class NativeSlave:
+class NativeSlave(Slave):
     """Answers a LiteDRAM native port: commands queue, data follow in their order, and read data do not wait."""
-    def __init__(self, core, prefix: str, memory: Memory) -> None:
-        self.core, self.prefix, self.memory = core, prefix, memory
-        self.reset()
-
     def reset(self) -> None:
         """Forget what a reset has cut off."""
         self.reads:  deque[int] = deque()
         self.writes: deque[int] = deque()
-        self.latency = 0
         self.held: tuple[int, int] | None = None
 
     def step(self) -> None:
         """Before each rising edge: take commands, move data."""
-        get = lambda name: self.core.get(f"{self.prefix}_{name}")  # noqa: E731
-        put = lambda **values: self.core.set(**{f"{self.prefix}_{name}": value for name, value in values.items()})  # noqa: E731
         # Data of commands of earlier clocks.
         moves_read  = bool(self.reads) and self.memory.goes()
         moves_write = bool(self.writes) and self.memory.goes()
-        put(rdata_valid=moves_read, wdata_ready=moves_write,
-            rdata_data=self.memory.read(self.reads.popleft()) if moves_read else 0)
+        self.put(rdata_valid=moves_read, wdata_ready=moves_write,
+                 rdata_data=self.memory.read(self.reads.popleft()) if moves_read else 0)
         if moves_read:
-            assert get("rdata_ready"), "read data came and nobody took them"
-        if moves_write and get("wdata_valid"):
-            assert get("wdata_we") == 2**self.memory.word_bytes - 1
-            self.memory.write(self.writes.popleft(), get("wdata_data"))
+            assert self.get("rdata_ready"), "read data came and nobody took them"
+        if moves_write and self.get("wdata_valid"):
+            assert self.get("wdata_we") == 2**self.memory.word_bytes - 1
+            self.memory.write(self.writes.popleft(), self.get("wdata_data"))
         # Command.
         ready = self.memory.goes()
-        put(cmd_ready=ready)
-        command = (get("cmd_addr"), get("cmd_we")) if get("cmd_valid") else None
+        self.put(cmd_ready=ready)
+        command = (self.get("cmd_addr"), self.get("cmd_we")) if self.get("cmd_valid") else None
         assert self.held in (None, command), "the master let go of a command that was not taken"
         self.held = None if ready else command
         if ready and command:

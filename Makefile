@@ -1,0 +1,45 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+PYTHON := .venv/bin/python
+# Where `make sim` listens, and the main memory of its SoC: integrated-ram or sdram.
+PORT ?= 2000
+RAM  ?= integrated-ram
+# What `make test` runs, and how many of the tests at once.
+TESTS ?= tests
+JOBS  ?= 2
+
+export LITESTEREO_BUILD := $(CURDIR)/build
+
+.DEFAULT_GOAL := help
+
+help: ## Show the targets
+	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "%-8s %s\n", $$1, $$2}' Makefile
+
+install: ## Install what is missing: Debian packages, and Python packages in .venv
+	@.ci/install
+
+demo: install ## Match a real pair on the full system in simulation, and check every pixel
+	@$(PYTHON) -m litestereo.sim.demo
+
+test: install ## Run all tests, the linters first
+	@$(PYTHON) -m ruff check .
+	@$(PYTHON) -m mypy
+	@$(PYTHON) -m pytest -n $(JOBS) --dist loadgroup $(TESTS)
+
+sim: install ## Run the full system in simulation, its UART on tcp://127.0.0.1:PORT
+	@$(PYTHON) -m litestereo.sim.serve --port $(PORT) --ram $(RAM)
+
+bench: install ## Measure clocks, print a table and write build/bench.json
+	@$(PYTHON) -m litestereo.sim.bench
+
+lint: install ## Check style and types
+	@$(PYTHON) -m ruff check .
+	@$(PYTHON) -m mypy
+
+clean: ## Remove everything that was built, but not .venv
+	rm -rf build
+
+.PHONY: help install demo test sim bench lint clean

@@ -1,0 +1,82 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""The demonstration: a real pair through the full system in litex_sim, and each pixel checked against the model."""
+
+from __future__ import annotations
+
+import sys
+import time
+
+import cv2
+import numpy as np
+import rich.console
+import rich.progress
+
+from ..host_tools.datasets import downscale, load_motorcycle
+from ..host_tools.device import connect
+from ..host_tools.errors import LiteStereoError
+from ..host_tools.images import write_disparity
+from ..host_tools.metrics import rate
+from ..host_tools.settings import MatcherSettings
+from .model import match
+from .paths import build_directory
+
+#: The pair is shrunk, because the simulated UART carries some kilobytes a second. Then 32 disparities cover it.
+FACTOR     = 3
+SETTINGS   = MatcherSettings(disparities=32, block_size=9)
+CLOCKS_MHZ = (50, 75, 100)
+
+
+def main() -> int:
+    """Run the demonstration; returns the exit status."""
+    started = time.monotonic()
+    folder  = build_directory() / "demo"
+    folder.mkdir(parents=True, exist_ok=True)
+    try:
+        pair = downscale(load_motorcycle(build_directory() / "datasets" / "motorcycle"), FACTOR)
+        print(f"pair: Middlebury 2014 Motorcycle, shrunk to {pair.left.shape[1]}x{pair.left.shape[0]}", flush=True)
+        print("starting the SoC in litex_sim: VexRiscv with its firmware, matcher, 8 MiB of RAM", flush=True)
+        with connect("sim:") as device:
+            print(f"device: {device.info().name}, at most {device.info().max_disparities} disparities", flush=True)
+            with rich.progress.Progress(console=rich.console.Console(stderr=True)) as bars:
+                tasks: dict[str, rich.progress.TaskID] = {}
+
+                def progress(phase: str, done: int, total: int) -> None:
+                    if phase not in tasks:
+                        tasks[phase] = bars.add_task(phase, total=total)
+                    bars.update(tasks[phase], completed=done)
+
+                result = device.compute(pair.left, pair.right, SETTINGS, progress)
+    except LiteStereoError as error:
+        print(f"demo: error: {error}", file=sys.stderr)
+        return 1
+
+    expected  = match(pair.left, pair.right, SETTINGS.disparities, SETTINGS.block_size)
+    different = int(np.count_nonzero(result.disparity != expected))
+    cv2.imwrite(str(folder / "left.png"), pair.left)
+    cv2.imwrite(str(folder / "right.png"), pair.right)
+    write_disparity(folder, result.disparity, SETTINGS.disparities)
+    quality = rate(result.disparity, pair.truth)
+    pixels  = result.disparity.size
+    clocks  = result.clocks or 0
+    print(f"settings: {SETTINGS.disparities} disparities, block size {SETTINGS.block_size}")
+    print(f"against the reference model: {different} of {pixels} pixels differ")
+    print(f"accelerator: {clocks} clocks a frame, {clocks/pixels:.4f} a pixel")
+    for mhz in CLOCKS_MHZ:
+        print(f"  at {mhz:3} MHz: {mhz*1e6/clocks:7.1f} frames per second of this size")
+    print(f"against the ground truth: bad-2.0 {quality.bad_2_0:.2f} %, mean error {quality.mean_error:.3f} pixels, "
+          f"density {quality.density:.2f} %")
+    print(f"time: upload {result.upload_s:.1f} s, match {result.match_s:.1f} s, download {result.download_s:.1f} s, "
+          f"in all {time.monotonic() - started:.1f} s")
+    print(f"pictures: {folder}/disparity_color.png, left.png, right.png")
+    if different:
+        print("demo: FAILED: the system and the reference model disagree", file=sys.stderr)
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

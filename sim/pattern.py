@@ -1,0 +1,24 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""The images that the firmware's `bench` command matches."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+LEFT_SEED, RIGHT_SEED = 1, 2
+
+
+def pattern(width: int, height: int, seed: int) -> NDArray[np.uint8]:
+    """Bytes of the little-endian words of Marsaglia's xorshift32, uint8, H x W: as firmware/app/pattern.h fills."""
+    words = []
+    for _ in range(-(-width*height//4)):
+        seed ^= seed << 13 & 0xffffffff
+        seed ^= seed >> 17
+        seed ^= seed << 5 & 0xffffffff
+        words.append(seed)
+    return np.array(words, "<u4").view(np.uint8)[:width*height].reshape(height, width)

@@ -1,0 +1,224 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""SoC, firmware and host tools together in litex_sim: few boots, and much checked in each."""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import socket
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+
+from litestereo.host_tools.device import connect
+from litestereo.host_tools.settings import MatcherSettings
+from litestereo.sim.bench import measure
+from litestereo.sim.build import SimulationError
+from litestereo.sim.model import match
+from litestereo.sim.system import start_simulation
+from support.data import stereo_pair
+from support.fault_proxy import Faults, proxied
+from support.pairs import SEED, generator, textured_pair
+
+pytestmark = pytest.mark.system
+
+
+@pytest.fixture(scope="module")
+def port():
+    """UART of a running system on integrated RAM."""
+    with start_simulation() as simulation:
+        yield simulation.port
+
+
+@pytest.fixture
+def url(port):
+    return f"tcp://127.0.0.1:{port}"
+
+
+def check_stream(device, pairs, settings):
+    """Match pairs, one after the other with two in flight, and compare each map with the model."""
+    for (left, right), result in zip(pairs, device.stream(pairs, settings), strict=True):
+        assert np.array_equal(result.disparity, match(left, right, settings.disparities, settings.block_size))
+        assert result.clocks <= 1.1*left.size + 1000
+
+
+def check_small_frame(url):
+    left, right = textured_pair(70, 20, np.random.default_rng(SEED))
+    with connect(url) as device:
+        check_stream(device, [(left, right)], MatcherSettings(32, 7))
+
+
+@pytest.mark.xdist_group("integrated-ram")
+def test_selftest_and_console(url):
+    """Accelerator against the CPU's own SAD, on the target."""
+    with connect(url) as device:
+        assert "selftest: passed" in device.console("selftest", 60)
+        assert "640" in device.console("info")
+        assert "matcher_interrupts" in device.console("stats")
+        assert device.statistics()["matcher_interrupts"] > 0
+
+
+@pytest.mark.xdist_group("integrated-ram")
+def test_one_pixel_per_clock(url):
+    """640x480, 64 disparities, block 9, memory to memory; the map's CRC-32 is the model's."""
+    with connect(url) as device:
+        result = measure(device, (640, 480, 64, 9))
+        assert result.clocks <= 1.10*640*480
+        assert result.first_row_clocks <= 10*640
+
+
+@pytest.mark.xdist_group("integrated-ram")
+def test_next_upload_overlaps_match(url):
+    """Chunks of the second frame are taken while the first one is matched."""
+    rng   = generator(50)
+    pairs = [textured_pair(320, 200, rng, shift) for shift in (3, 12)]
+    with connect(url) as device:
+        before = device.statistics()
+        check_stream(device, pairs, MatcherSettings(64, 9))
+        after = device.statistics()
+    assert after["chunks_while_matching"] > before["chunks_while_matching"]
+    assert after["frames_matched"] - before["frames_matched"] == 2
+    assert after["frames_released"] - before["frames_released"] == 2
+
+
+@pytest.mark.xdist_group("integrated-ram")
+def test_settings_and_sizes(url):
+    """Odd sizes and the smallest image, with the settings changed between frames."""
+    rng = generator(51)
+    with connect(url) as device:
+        for width, height, disparities, block_size in [(20, 5, 16, 5), (81, 15, 64, 15), (33, 11, 16, 9)]:
+            check_stream(device, [textured_pair(width, height, rng)], MatcherSettings(disparities, block_size))
+
+
+UPLOAD_FOREVER = """
+import sys
+import numpy as np
+from litestereo.host_tools.device import connect
+image = np.zeros((200, 320), np.uint8)
+with connect(sys.argv[1]) as device:
+    device.compute(image, image, progress=lambda phase, done, total: print(phase, done, flush=True))
+"""
+
+
+@pytest.mark.xdist_group("integrated-ram")
+def test_host_killed_in_mid_upload(url):
+    """The next host gets its frame at once, and the counters tell of the slot taken back."""
+    with subprocess.Popen([sys.executable, "-c", UPLOAD_FOREVER, url], stdout=subprocess.PIPE, text=True) as host:
+        for line in host.stdout:
+            if re.match(r"upload [1-9]", line):
+                break
+        host.send_signal(signal.SIGKILL)
+    check_small_frame(url)
+    with connect(url) as device:
+        assert device.statistics()["frames_reclaimed"] > 0
+
+
+@pytest.mark.xdist_group("integrated-ram")
+def test_garbage_before_hello(port, url):
+    """Noise on the line, half a frame included, harms nothing."""
+    rng = generator(52)
+    for length in (1, 300, 3000):
+        with socket.create_connection(("127.0.0.1", port)) as line:
+            line.sendall(rng.bytes(length) + b"\0LS\1")
+            time.sleep(0.2)
+        check_small_frame(url)
+
+
+@pytest.mark.xdist_group("integrated-ram")
+def test_bad_line(port, url):
+    """Bytes flipped, dropped, inserted and repeated both ways cost time but no pixel, and are counted."""
+    rng     = generator(53)
+    faults  = [Faults(rate=1/1500), Faults(rate=1/1500)]
+    for one in faults:
+        one.rng.seed(int(rng.integers(1 << 30)))
+    with proxied(port, *faults) as proxy, connect(proxy.url) as device:
+        before = device.statistics()
+        check_stream(device, [textured_pair(90, 40, rng, shift) for shift in (2, 5, 9)], MatcherSettings(32, 9))
+        after = device.statistics()
+    assert sum(one.flipped + one.dropped + one.inserted + one.repeated for one in faults) > 5
+    errors = ("framing_errors", "crc_errors", "header_errors", "receive_timeouts", "console_lines")
+    assert sum(after[name] for name in errors) > sum(before[name] for name in errors)
+    check_small_frame(url)
+
+
+@pytest.mark.parametrize("name, disparities, block_size", [
+    pytest.param("tsukuba", 16, 9,  marks=pytest.mark.xdist_group("middlebury-1")),
+    pytest.param("venus",   32, 5,  marks=pytest.mark.xdist_group("middlebury-1")),
+    pytest.param("teddy",   64, 15, marks=pytest.mark.xdist_group("middlebury-2")),
+    pytest.param("cones",   64, 7,  marks=pytest.mark.xdist_group("middlebury-2")),
+])
+def test_middlebury(url, name, disparities, block_size):
+    """A real pair over the link, matched, and back."""
+    pair = stereo_pair(name)
+    with connect(url) as device:
+        check_stream(device, [(pair.left, pair.right)], MatcherSettings(disparities, block_size))
+
+
+@pytest.mark.xdist_group("sdram")
+def test_sdram():
+    """LiteX's BIOS boots the firmware from flash; memory is LiteDRAM's model of the chip."""
+    with start_simulation("sdram") as simulation, connect(f"tcp://127.0.0.1:{simulation.port}") as device:
+        assert "selftest: passed" in device.console("selftest", 60)
+        result = measure(device, (640, 480, 64, 9))
+        assert 640*480 < result.clocks < 2*640*480
+        left, right = textured_pair(101, 33, generator(54))
+        (frame,)    = device.stream([(left, right)], MatcherSettings(64, 9))
+        assert np.array_equal(frame.disparity, match(left, right, 64, 9))
+
+
+@pytest.mark.xdist_group("integrated-ram")
+def test_port_in_use(port):
+    """One clear line, from the function and from the command."""
+    with pytest.raises(SimulationError, match=f"^port {port} is in use"):
+        start_simulation(port=port)
+    serve = subprocess.run([sys.executable, "-m", "litestereo.sim.serve", "--port", str(port)], check=False,
+                           capture_output=True, text=True)
+    assert serve.returncode == 1
+    assert serve.stderr.splitlines() == [f"sim: error: port {port} is in use: choose another, or 0 for a free one"]
+
+
+def test_unknown_memory():
+    """It is refused before anything is built."""
+    with pytest.raises(SimulationError, match="unknown memory 'core'"):
+        start_simulation("core")
+
+
+@pytest.mark.xdist_group("integrated-ram")
+def test_serve():
+    """`make sim`: says its URL, works, and ends with Ctrl-C, taking its simulator along."""
+    with subprocess.Popen([sys.executable, "-m", "litestereo.sim.serve", "--port", "0"], stdout=subprocess.PIPE,
+                          text=True) as serve:
+        line = serve.stdout.readline()
+        url  = re.search(r"tcp://127\.0\.0\.1:\d+", line)[0]
+        check_small_frame(url)
+        serve.send_signal(signal.SIGINT)
+        assert serve.wait(10) == 0
+
+
+@pytest.mark.xdist_group("integrated-ram")
+def test_no_orphans():
+    """A simulator ends with the process that started it, even if that is killed."""
+    program = ("from litestereo.sim.system import start_simulation\n"
+               "import time\n"
+               "print(start_simulation()._process.pid, flush=True)\n"
+               "time.sleep(100)\n")
+    with subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, text=True) as starter:
+        pid = int(starter.stdout.readline())
+        os.kill(pid, 0)
+        starter.kill()
+    deadline = time.monotonic() + 5
+    while time.monotonic() < deadline:
+        try:
+            os.kill(pid, 0)
+        except ProcessLookupError:
+            return
+        time.sleep(0.05)
+    raise AssertionError("the simulator outlived its starter")
