@@ -112,9 +112,18 @@ class StereoPeripheral(LiteXModule):
         # ------
         settle    = WaitTimer(4)
         next_code = Signal(4)
+        aborted   = Signal() # Remembered until the frame has begun, and can be given up.
         self.submodules += settle
         self.fsm = fsm = FSM(reset_state="IDLE")
         self.comb += self.busy.eq(~fsm.ongoing("IDLE"))
+        self.sync += [
+            If(self.abort,
+                aborted.eq(1)
+            ),
+            If(~self.busy,
+                aborted.eq(0)
+            ),
+        ]
         fsm.act("IDLE",
             If(self.start,
                 begin.eq(1),
@@ -147,7 +156,7 @@ class StereoPeripheral(LiteXModule):
             If(matcher.first_row,
                 NextValue(self.first_row_clocks, self.clocks + 1)
             ),
-            If(self.abort,
+            If(self.abort | aborted,
                 NextValue(next_code, ERROR_ABORTED),
                 NextState("STOP")
             ).Elif(reader.error | writer.error,
@@ -184,11 +193,11 @@ class StereoPeripheral(LiteXModule):
     def add_irq(self):
         self.ev        = EventManager()
         self.ev.done   = EventSourcePulse(description="The disparity map of the frame is in memory.")
-        self.ev.failed = EventSourcePulse(description="The frame was refused or given up: see ``status``.")
+        self.ev.error  = EventSourcePulse(description="The frame was refused or given up: see ``status``.")
         self.ev.finalize()
         self.comb += [
             self.ev.done.trigger.eq(self.done),
-            self.ev.failed.trigger.eq(self.failed),
+            self.ev.error.trigger.eq(self.failed),
         ]
 
     def add_csr(self):
@@ -197,7 +206,7 @@ class StereoPeripheral(LiteXModule):
         Computes the disparity map of a rectified pair of 8-bit grey images, from memory to memory.
 
         To match a pair: write the bases, the size and the settings; write 1 to ``start`` in ``control``; wait for the
-        ``done`` or ``failed`` event; read ``status``. All settings are taken over at ``start``, so those of the next
+        ``done`` or ``error`` event; read ``status``. All settings are taken over at ``start``, so those of the next
         frame may be written meanwhile. Images and map are in raster order without padding between rows; one byte is
         a pixel of an image, an int16 in sixteenths of a pixel one of the map, -16 where there is no disparity. Whole
         words are written: up to ``dma_alignment`` - 2 bytes behind the map are overwritten with undefined values.

@@ -73,6 +73,7 @@ def figures(result: Measurement, memory: str) -> list[Figure]:
     """What a measurement says, as name, value and unit."""
     per_pixel = result.clocks/(result.width*result.height)
     return [
+        {"name": f"clocks_per_frame/{result.case}/{memory}", "value": result.clocks, "unit": "clocks"},
         {"name": f"clocks_per_pixel/{result.case}/{memory}", "value": round(per_pixel, 4), "unit": "clocks"},
         {"name": f"first_row_latency_clocks/{result.case}/{memory}", "value": result.first_row_clocks,
          "unit": "clocks"},

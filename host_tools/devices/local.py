@@ -28,7 +28,7 @@ _MODEL_MAX_BLOCK_SIZE  = 51
 
 #: What the simulated gateware is built for unless the URL says otherwise.
 _COSIM_MAX_WIDTH      = 1024
-_COSIM_MAX_HEIGHT     = 65535
+_COSIM_MAX_HEIGHT     = 4095
 _COSIM_MAX_BLOCK_SIZE = 21
 
 Matched = tuple[NDArray[np.int16], int | None, int | None]

@@ -171,6 +171,16 @@ def test_abort_and_restart(bench):
         bench.check_frame(*SIZES[turn % len(SIZES)])
 
 
+def test_abort_at_once(bench):
+    """An abort counts from the first clock of a frame, before memory is asked for anything."""
+    for wait in range(10):
+        bench.begin(33, 11)
+        events = [event for _ in range(wait) for event in bench.clock()]
+        assert (events + bench.pulse("abort") or bench.end(500)) == ["failed"]
+        assert bench.core.get("error_code") == ERROR_ABORTED
+        bench.check_frame(33, 11)
+
+
 def test_abort_while_idle(bench):
     """Nothing to give up: nothing happens."""
     assert bench.pulse("abort") == []

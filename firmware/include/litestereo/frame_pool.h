@@ -64,7 +64,7 @@ typedef struct {
     uint16_t error;             /**< enum protocol_error: ERROR_NONE, ERROR_MATCHER or ERROR_TIMEOUT. */
     uint32_t detail;            /**< Accelerator's error code, or clocks waited. */
     uint32_t clocks;            /**< Clocks from start to the map's last write; 0 if it failed. */
-    uint32_t first_row_clocks;  /**< Clocks from start to the end of the map's first row; 0 if it failed. */
+    uint32_t first_row_clocks;  /**< Clocks from start to the end of the first row that has disparities; 0 if it failed. */
 } frame_result_t;
 
 /** A slot and the frame in it. */

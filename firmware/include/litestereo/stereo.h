@@ -67,7 +67,7 @@ typedef enum {
 typedef struct {
     stereo_error_t error;             /**< The gateware's error code. */
     uint32_t       clocks;            /**< Start to last write, or clocks waited in vain after STATUS_TIMEOUT. */
-    uint32_t       first_row_clocks;  /**< Start to the end of the map's first row. */
+    uint32_t       first_row_clocks;  /**< Start to the end of the first row that has disparities. */
 } stereo_result_t;
 
 /** Handle of the matcher. */
