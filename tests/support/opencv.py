@@ -1,0 +1,51 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""`cv2.StereoBM` as the yardstick."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from litestereo.sim.stereobm import StereoSettings
+
+
+def opencv_map(left: NDArray[np.uint8], right: NDArray[np.uint8],
+               settings: StereoSettings) -> NDArray[np.int16]:
+    """OpenCV's disparity map; of the settings those that it has."""
+    matcher = cv2.StereoBM_create(settings.disparities, settings.block_size)
+    matcher.setMinDisparity(settings.min_disparity)
+    matcher.setPreFilterCap(settings.prefilter_cap)
+    matcher.setTextureThreshold(settings.texture_threshold)
+    matcher.setUniquenessRatio(settings.uniqueness_ratio)
+    matcher.setDisp12MaxDiff(settings.disp12_max_diff)
+    return np.asarray(matcher.compute(left, right), np.int16)
+
+
+def defined_region(shape: tuple[int, int], settings: StereoSettings) -> tuple[slice, slice]:
+    """Rows and columns of an H x W map that OpenCV 5.0.0 gives a value of its own."""
+    height, width = shape
+    columns       = settings.columns(width)
+    if columns.first >= width or columns.right_first >= width or columns.count < 1:
+        return slice(height), slice(width)  # Nothing to match: all invalid.
+    if columns.valid.start >= columns.valid.stop:
+        return slice(0), slice(0)           # Memory as it was found.
+    if settings.min_disparity > 0:
+        # What it writes past the end of a row stands where the next row begins.
+        margin = settings.block_size // 2
+        return slice(margin, height - margin), columns.valid
+    return slice(height), slice(width)
+
+
+def same_as_opencv(disparity: NDArray[np.int16], left: NDArray[np.uint8], right: NDArray[np.uint8],
+                   settings: StereoSettings) -> None:
+    """Requires that a map is OpenCV's on every pixel that OpenCV defines, and invalid on the others."""
+    expected = np.full(left.shape, settings.invalid, np.int16)
+    region   = defined_region((left.shape[0], left.shape[1]), settings)
+    expected[region] = opencv_map(left, right, settings)[region]
+    wrong    = np.argwhere(disparity != expected)
+    assert len(wrong) == 0, f"{len(wrong)} pixels differ, the first at {wrong[0].tolist()}: {settings}"
