@@ -16,7 +16,7 @@ export LITESTEREO_BUILD := $(CURDIR)/build
 .DEFAULT_GOAL := help
 
 help: ## Show the targets
-	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "%-8s %s\n", $$1, $$2}' Makefile
+	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "%-9s %s\n", $$1, $$2}' Makefile
 
 install: ## Install what is missing: Debian packages, and Python packages in .venv
 	@.ci/install
@@ -35,6 +35,13 @@ sim: install ## Run the full system in simulation, its UART on tcp://127.0.0.1:P
 bench: install ## Measure clocks, print a table and write build/bench.json
 	@$(PYTHON) -m litestereo.sim.bench
 
+resources: ## Synthesize and place the matcher for several FPGAs, and write docs/resources.md
+	@.ci/install fpga
+	@$(PYTHON) -m litestereo.soc.resources
+
+sweep: install ## Compare the matcher with cv2.StereoBM at 2000 settings instead of 200
+	@LITESTEREO_SETTINGS=2000 $(PYTHON) -m pytest -n $(JOBS) --dist loadgroup tests/gateware/test_opencv.py
+
 lint: install ## Check style and types
 	@$(PYTHON) -m ruff check .
 	@$(PYTHON) -m mypy
@@ -42,4 +49,4 @@ lint: install ## Check style and types
 clean: ## Remove everything that was built, but not .venv
 	rm -rf build
 
-.PHONY: help install demo test sim bench lint clean
+.PHONY: help install demo test sim bench resources sweep lint clean

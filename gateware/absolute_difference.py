@@ -17,37 +17,41 @@ from .common import *
 class AbsoluteDifference(LiteXModule):
     """|left(x) - right(x - d)| for all disparities d at once, of the row that enters and the row that leaves.
 
-    The right pixels wait in shift registers, one step per pixel. To the left of column d lane d compares with pixels
-    of the row before; no complete block ever contains such a column.
+    The right pixels wait in shift registers, one step per column. The lane behind the last disparity is the texture,
+    |left(x) - cap|. Only steps that have a cost come out.
     """
-    def __init__(self, max_width=640, disparities=64):
-        self.sink = stream.Endpoint(pixel_pair_layout() + [
-            ("left_old",  PIXEL_BITS),
-            ("right_old", PIXEL_BITS),
-        ] + position_layout(max_width))                    # Pipeline.
+    def __init__(self, parameters):
+        bits, lanes = parameters.filtered_bits, parameters.lanes
+        self.sink   = stream.Endpoint(old_pair_layout(bits) + position_layout(parameters)) # Pipeline.
         self.source = stream.Endpoint([
-            ("enter", disparities*PIXEL_BITS),
-            ("leave", disparities*PIXEL_BITS),
-        ] + position_layout(max_width))                    # Pipeline.
-        self.latency = 2
+            ("enter", lanes*bits),
+            ("leave", lanes*bits),
+        ] + position_layout(parameters))                                                   # Pipeline.
+
+        self.cap     = Signal(max=MAX_PREFILTER_CAP + 1) # Value of a filtered pixel without texture.
+        self.latency = 3
 
         # # #
 
-        pass_position(self, self.sink, self.source, self.latency)
-        for left, right, target in [
+        pass_position(self, self.sink, self.source, self.latency, valid=self.sink.valid & self.sink.cost)
+        for new_left, new_right, target in [
             (self.sink.left,     self.sink.right,     self.source.enter),
             (self.sink.left_old, self.sink.right_old, self.source.leave),
         ]:
-            for lane in lanes_of(target, disparities):
+            left = Signal(bits)
+            self.sync += If(self.sink.valid & self.sink.move_left, left.eq(new_left))
+            rights = []
+            for _ in range(parameters.disparities):
+                right = Signal(bits)
+                self.sync += If(self.sink.valid & self.sink.move_right, right.eq(rights[-1] if rights else new_right))
+                rights.append(right)
+            if lanes > parameters.disparities:
+                rights.append(self.cap)
+            for lane, right in zip(lanes_of(target, lanes), rights):
                 # Difference with its sign, then its magnitude: x if positive, ~x + 1 if negative.
-                difference = Signal(PIXEL_BITS + 1)
+                difference = Signal(bits + 1)
                 negative   = difference[-1]
-                magnitude  = Signal(PIXEL_BITS)
+                magnitude  = Signal(bits)
                 self.sync += difference.eq(left - right)
-                self.sync += magnitude.eq((difference[:PIXEL_BITS] ^ Replicate(negative, PIXEL_BITS)) + negative)
+                self.sync += magnitude.eq((difference[:bits] ^ Replicate(negative, bits)) + negative)
                 self.comb += lane.eq(magnitude)
-
-                # The next lane sees the right pixel one column later.
-                delayed = Signal(PIXEL_BITS)
-                self.sync += If(self.sink.valid, delayed.eq(right))
-                right = delayed

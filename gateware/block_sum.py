@@ -15,18 +15,17 @@ from .common import *
 
 @ResetInserter()
 class BlockSum(LiteXModule):
-    """Per disparity, the sum of the last block_size column sums: the cost of the block that ends here.
+    """Per lane, the sum of the last block_size column sums: the cost of the block that ends here.
 
     A running sum along the row gains the newest column and loses the one block_size columns back, which comes from a
     small ring memory. Arithmetic is modulo 2**cost_bits, so a cost is exact as soon as all of its columns are.
     """
-    def __init__(self, max_width=640, disparities=64, max_block_size=9):
-        in_bits  = column_bits(max_block_size)
-        out_bits = cost_bits(max_block_size)
-        self.sink   = stream.Endpoint(lanes_layout("sums",  disparities, in_bits,  max_width)) # Pipeline.
-        self.source = stream.Endpoint(lanes_layout("costs", disparities, out_bits, max_width)) # Pipeline.
+    def __init__(self, parameters):
+        in_bits, out_bits, lanes = parameters.column_bits, parameters.cost_bits, parameters.lanes
+        self.sink   = stream.Endpoint(lanes_layout("sums",  in_bits,  parameters)) # Pipeline.
+        self.source = stream.Endpoint(lanes_layout("costs", out_bits, parameters)) # Pipeline.
 
-        self.block_size = Signal(max=max_block_size + 1) # Side of the block: columns of delay.
+        self.block_size = Signal(max=parameters.max_block_size + 1) # Side of the block: columns of delay.
         self.latency    = 3
 
         # # #
@@ -35,15 +34,15 @@ class BlockSum(LiteXModule):
 
         # Ring of the last block_size columns.
         # ------------------------------------
-        memory = Memory(disparities*in_bits, max_block_size, name="block_columns")
+        memory = Memory(lanes*in_bits, parameters.max_block_size, name="block_columns")
         read   = memory.get_port(mode=READ_FIRST)
         write  = memory.get_port(write_capable=True, mode=READ_FIRST)
         self.specials += memory, read, write
 
-        address       = Signal(max=max_block_size)
-        write_address = Signal(max=max_block_size)
-        sums          = Signal(disparities*in_bits)
-        last          = Signal(max=max_block_size + 1)
+        address       = Signal(max=parameters.max_block_size)
+        write_address = Signal(max=parameters.max_block_size)
+        sums          = Signal(lanes*in_bits)
+        last          = Signal(max=parameters.max_block_size + 1)
         self.comb += read.adr.eq(address)
         self.sync += [
             last.eq(self.block_size - 1),
@@ -66,14 +65,14 @@ class BlockSum(LiteXModule):
         # Lanes: change of the cost, then the cost.
         # -----------------------------------------
         for newest, oldest, cost in zip(
-            lanes_of(sums,              disparities),
-            lanes_of(read.dat_r,        disparities),
-            lanes_of(self.source.costs, disparities),
+            lanes_of(sums,              lanes),
+            lanes_of(read.dat_r,        lanes),
+            lanes_of(self.source.costs, lanes),
         ):
             change = Signal(out_bits)
             start  = Signal(out_bits)
             result = Signal(out_bits)
-            self.sync += change.eq(newest - Mux(stages[1].column_old, oldest, 0))
-            self.comb += start.eq(Mux(stages[2].column_first, 0, result))
+            self.sync += change.eq(newest - Mux(stages[1].cost_old, oldest, 0))
+            self.comb += start.eq(Mux(stages[2].cost_first, 0, result))
             self.sync += If(stages[2].valid, result.eq(start + change))
             self.comb += cost.eq(result)

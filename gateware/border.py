@@ -15,22 +15,24 @@ from .common import *
 
 @ResetInserter()
 class Border(LiteXModule):
-    """Lay the disparities of the valid region into a frame of invalid pixels, in raster order.
+    """Lay the winners of the valid region into a frame of invalid pixels, in raster order.
 
-    The valid region is cv2.StereoBM's: rows [k, height - k), columns [disparities - 1 + k, width - k) with
-    k = block_size // 2. A frame runs from `begin` (one clock) to its last pixel; the settings must not change meanwhile.
+    The valid region is cv2.StereoBM's: rows [k, height - k), columns [min_disparity + disparities - 1 + k, width - k) with
+    k = block_size // 2; what is outside of it, or has no disparity, is (min_disparity - 1) pixels. A frame runs from
+    `begin` (one clock) to its last pixel; the settings must not change meanwhile.
     """
-    def __init__(self, max_width=640, max_height=4095, disparities=64, max_block_size=9):
-        self.sink   = stream.Endpoint(disparity_layout()) # Disparities of the valid region only.
-        self.source = stream.Endpoint(disparity_layout()) # Whole map.
+    def __init__(self, parameters):
+        max_width, max_height = parameters.max_width, parameters.max_height
+        self.sink   = stream.Endpoint(winner_layout(parameters)) # Winners of the valid region only.
+        self.source = stream.Endpoint(disparity_layout())        # Whole map.
 
-        self.width       = Signal(max=max_width + 1)      # Columns of the frame.
-        self.height      = Signal(max=max_height + 1)     # Rows of the frame.
-        self.disparities = Signal(max=disparities + 1)    # Disparities in use.
-        self.block_size  = Signal(max=max_block_size + 1) # Side of the block.
-        self.begin       = Signal()                       # Start a frame (pulse).
-        self.busy        = Signal()                       # Between begin and the last pixel.
-        self.first_row   = Signal()                       # The first row with disparities is out (pulse).
+        self.width         = Signal(max=max_width + 1)                 # Columns of the frame.
+        self.height        = Signal(max=max_height + 1)                # Rows of the frame.
+        self.disparities   = Signal(max=parameters.disparities + 1)    # Disparities in use.
+        self.min_disparity = Signal(max=MAX_MIN_DISPARITY + 1)         # Smallest disparity.
+        self.block_size    = Signal(max=parameters.max_block_size + 1) # Side of the block.
+        self.begin         = Signal()                                  # Start a frame (pulse).
+        self.busy          = Signal()                                  # Between begin and the last pixel.
 
         # # #
 
@@ -39,15 +41,19 @@ class Border(LiteXModule):
         margin       = self.block_size[1:]
         last_column  = Signal(max=max_width)
         last_row     = Signal(max=max_height)
-        column_begin = Signal(max=disparities + max_block_size)
+        column_begin = Signal(max=parameters.disparities + MAX_MIN_DISPARITY + parameters.max_block_size)
         column_end   = Signal(max=max_width + 1)
         row_end      = Signal(max=max_height + 1)
+        smallest     = Signal(DISPARITY_BITS)
+        invalid      = Signal(DISPARITY_BITS)
         self.sync += [
             last_column.eq(self.width  - 1),
             last_row.eq(self.height - 1),
-            column_begin.eq(self.disparities + margin - 1),
+            column_begin.eq(self.min_disparity + self.disparities + margin - 1),
             column_end.eq(self.width  - margin),
             row_end.eq(self.height - margin),
+            smallest.eq(self.min_disparity << DISPARITY_SHIFT),
+            invalid.eq(smallest - (1 << DISPARITY_SHIFT)),
         ]
 
         # Position.
@@ -86,7 +92,6 @@ class Border(LiteXModule):
             self.source.valid.eq(self.busy & (~inside | self.sink.valid)),
             self.source.first.eq((column == 0) & (row == 0)),
             self.source.last.eq(last),
-            self.source.disparity.eq(Mux(inside, self.sink.disparity, INVALID_DISPARITY)),
+            self.source.disparity.eq(Mux(inside & self.sink.found, smallest + self.sink.disparity, invalid)),
             self.sink.ready.eq(self.busy & inside & self.source.ready),
-            self.first_row.eq(self.source.valid & self.source.ready & (column == last_column) & (row == margin)),
         ]

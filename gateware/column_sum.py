@@ -15,19 +15,19 @@ from .common import *
 
 @ResetInserter()
 class ColumnSum(LiteXModule):
-    """Per disparity, the sum of the absolute differences of the last block_size pixels of a column.
+    """Per lane, the sum of the absolute differences of the last block_size pixels of a column.
 
-    The sums of the row above wait in one memory, a word of all disparities per column: each gains the pixel that
-    enters and loses the one that leaves. Arithmetic is modulo 2**column_bits, so a sum is exact as soon
-    as all of its pixels are.
+    The sums of the row above wait in one memory, a word of all lanes per column: each gains the pixel that enters and
+    loses the one that leaves. Arithmetic is modulo 2**column_bits, so a sum is exact as soon as all of its
+    pixels are.
     """
-    def __init__(self, max_width=640, disparities=64, max_block_size=9):
-        bits = column_bits(max_block_size)
+    def __init__(self, parameters):
+        in_bits, bits, lanes = parameters.filtered_bits, parameters.column_bits, parameters.lanes
         self.sink = stream.Endpoint([
-            ("enter", disparities*PIXEL_BITS),
-            ("leave", disparities*PIXEL_BITS),
-        ] + position_layout(max_width))                                                # Pipeline.
-        self.source  = stream.Endpoint(lanes_layout("sums", disparities, bits, max_width)) # Pipeline.
+            ("enter", lanes*in_bits),
+            ("leave", lanes*in_bits),
+        ] + position_layout(parameters))                                         # Pipeline.
+        self.source  = stream.Endpoint(lanes_layout("sums", bits, parameters)) # Pipeline.
         self.latency = 3
 
         # # #
@@ -36,29 +36,29 @@ class ColumnSum(LiteXModule):
 
         # Memory of the row above, with a register behind it: block RAM is slow to answer.
         # ---------------------------------------------------------------------------------
-        memory = Memory(disparities*bits, max_width, name="column_sums")
+        memory = Memory(lanes*bits, parameters.cost_columns, name="column_sums")
         read   = memory.get_port(mode=READ_FIRST)
         write  = memory.get_port(write_capable=True, mode=READ_FIRST)
         self.specials += memory, read, write
         self.comb += [
-            read.adr.eq(self.sink.column),
-            write.adr.eq(self.source.column),
+            read.adr.eq(self.sink.cost_column),
+            write.adr.eq(self.source.cost_column),
             write.dat_w.eq(self.source.sums),
             write.we.eq(self.source.valid),
         ]
-        above_row = Signal(disparities*bits)
+        above_row = Signal(lanes*bits)
         self.sync += above_row.eq(read.dat_r)
 
         # Lanes: change of the sum, then the sum.
         # ---------------------------------------
         for enter, leave, above, total in zip(
-            lanes_of(self.sink.enter,  disparities),
-            lanes_of(self.sink.leave,  disparities),
-            lanes_of(above_row,        disparities),
-            lanes_of(self.source.sums, disparities),
+            lanes_of(self.sink.enter,  lanes),
+            lanes_of(self.sink.leave,  lanes),
+            lanes_of(above_row,        lanes),
+            lanes_of(self.source.sums, lanes),
         ):
-            leaving  = Signal(PIXEL_BITS)
-            entering = Signal(PIXEL_BITS)
+            leaving  = Signal(in_bits)
+            entering = Signal(in_bits)
             change   = Signal(bits)
             start    = Signal(bits)
             result   = Signal(bits)

@@ -24,15 +24,15 @@ class LinkSettings:
     `window_bytes` bounds the bytes in flight, each way. A request is sent again when no reply at all has come
     for `timeout_floor_s` and the time that the bytes in flight may take; `initial_bytes_per_s` is the speed
     until it has been measured, and that of a slow simulation. The link gives up after `max_tries` of one
-    request, or after `silence_limit_s`, when it begins `hello_limit_s`, without any reply.
+    request, or after `silence_limit_s`, when it begins `hello_limit_s`, without any reply, be it broken.
     """
 
     window_bytes:        int   = 4096
     timeout_floor_s:     float = 1.0
     initial_bytes_per_s: float = 2000.0
-    silence_limit_s:     float = 15.0
+    silence_limit_s:     float = 30.0
     hello_limit_s:       float = 15.0
-    max_tries:           int   = 12
+    max_tries:           int   = 20
 
 
 @dataclass

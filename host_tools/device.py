@@ -85,8 +85,9 @@ def _start(url: DeviceUrl, options: dict[str, int | str]) -> _Simulation:
         raise DeviceError(f"{url.text} cannot be started: {one_line(error)}") from error
     try:
         inspect.signature(system.start_simulation).bind(**options)
-    except TypeError as error:
-        raise UrlError(f"{url.text}: {error}") from None
+    except TypeError:
+        known = ", ".join(inspect.signature(system.start_simulation).parameters)
+        raise UrlError(f"{url.text}: unknown option, the options are {known}") from None
     try:
         simulation: _Simulation = system.start_simulation(**options)
     except (OSError, RuntimeError, ValueError, system.SimulationError) as error:

@@ -18,9 +18,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .errors import ImageError
+from .settings import DISPARITY_SCALE, MatcherSettings
 
-#: A disparity map counts in sixteenths of a pixel.
-DISPARITY_SCALE = 16
+#: Value of a pixel without a disparity where the smallest disparity is 0.
+INVALID = -DISPARITY_SCALE
 
 #: Disparity files in the convention of the KITTI benchmark hold 256 times the disparity in pixels.
 KITTI_SCALE = 256
@@ -94,41 +95,42 @@ def read_grey(path: Path) -> tuple[NDArray[np.uint8], list[str]]:
     return np.ascontiguousarray(image, np.uint8), notices
 
 
-def disparity_pixels(disparity: NDArray[np.int16]) -> NDArray[np.float32]:
-    """Disparity map (int16, H x W, sixteenths) in pixels: float32, H x W, nan where there is none."""
+def disparity_pixels(disparity: NDArray[np.int16], invalid: int = INVALID) -> NDArray[np.float32]:
+    """Disparity map (int16, H x W, sixteenths) in pixels: float32, H x W, nan where it is `invalid` or less."""
     pixels = disparity.astype(np.float32)/np.float32(DISPARITY_SCALE)
-    pixels[disparity < 0] = np.nan
+    pixels[disparity <= invalid] = np.nan
     return pixels
 
 
-def encode_pfm(disparity: NDArray[np.int16]) -> bytes:
+def encode_pfm(disparity: NDArray[np.int16], invalid: int = INVALID) -> bytes:
     """Map as a Middlebury PFM file: float32 pixels, little-endian, bottom row first, inf if invalid."""
-    pixels = disparity_pixels(disparity)
+    pixels = disparity_pixels(disparity, invalid)
     pixels[np.isnan(pixels)] = np.inf
     height, width = pixels.shape
     return f"Pf\n{width} {height}\n-1.0\n".encode("ascii") + pixels[::-1].astype("<f4").tobytes()
 
 
-def kitti_image(disparity: NDArray[np.int16]) -> NDArray[np.uint16]:
+def kitti_image(disparity: NDArray[np.int16], invalid: int = INVALID) -> NDArray[np.uint16]:
     """Map in the convention of KITTI: uint16, 256 times the disparity in pixels, 0 where there is none.
 
     A disparity of 0 becomes 1, the smallest value that is valid; 256 pixels and more become 65535.
     """
     scaled = np.clip(disparity.astype(np.int32)*(KITTI_SCALE//DISPARITY_SCALE), 1, 65535)
-    scaled[disparity < 0] = 0
+    scaled[disparity <= invalid] = 0
     return scaled.astype(np.uint16)
 
 
-def color_image(disparity: NDArray[np.int16], disparities: int) -> NDArray[np.uint8]:
-    """Map for viewing: uint8, H x W x 3 (BGR), blue at 0 to red at `disparities` pixels, black if invalid."""
-    scaled = np.clip(disparity.astype(np.float32)*255/(DISPARITY_SCALE*disparities), 0, 255).astype(np.uint8)
+def color_image(disparity: NDArray[np.int16], settings: MatcherSettings) -> NDArray[np.uint8]:
+    """Map for viewing: uint8, H x W x 3 (BGR), blue at the smallest disparity to red, black if invalid."""
+    above  = disparity.astype(np.float32) - DISPARITY_SCALE*settings.min_disparity
+    scaled = np.clip(above*255/(DISPARITY_SCALE*settings.disparities), 0, 255).astype(np.uint8)
     color  = np.array(cv2.applyColorMap(scaled, cv2.COLORMAP_TURBO), np.uint8)
-    color[disparity < 0] = 0
+    color[disparity <= settings.invalid] = 0
     return color
 
 
-def write_disparity(folder: Path, disparity: NDArray[np.int16], disparities: int) -> list[Path]:
-    """Writes a map (int16, H x W, sixteenths) in four forms, making the folder if need be.
+def write_disparity(folder: Path, disparity: NDArray[np.int16], settings: MatcherSettings) -> list[Path]:
+    """Writes a map (int16, H x W, sixteenths) matched with `settings` in four forms, making the folder if need be.
 
     `disparity.npy` as it is; `disparity.pfm` see `encode_pfm`; `disparity.png` see `kitti_image`;
     `disparity_color.png` see `color_image`.
@@ -147,9 +149,9 @@ def write_disparity(folder: Path, disparity: NDArray[np.int16], disparities: int
     try:
         folder.mkdir(parents=True, exist_ok=True)
         np.save(npy, disparity)
-        pfm.write_bytes(encode_pfm(disparity))
-        png.write_bytes(cv2.imencode(".png", kitti_image(disparity))[1].tobytes())
-        color.write_bytes(cv2.imencode(".png", color_image(disparity, disparities))[1].tobytes())
+        pfm.write_bytes(encode_pfm(disparity, settings.invalid))
+        png.write_bytes(cv2.imencode(".png", kitti_image(disparity, settings.invalid))[1].tobytes())
+        color.write_bytes(cv2.imencode(".png", color_image(disparity, settings))[1].tobytes())
     except OSError as error:
         raise ImageError(f"{error.filename or folder}: cannot be written: "
                          f"{error.strerror or error}") from None

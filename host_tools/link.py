@@ -45,6 +45,8 @@ class Link:
         self._urgent:       deque[Call] = deque()
         self._outstanding:  dict[int, Call] = {}
         self._progress_at = time.monotonic()
+        # A broken reply is no progress, but who sends one is there.
+        self._heard_at    = self._progress_at
 
     def limit_silence(self, limit_s: float) -> None:
         """Sets the time in seconds without any reply after which the device counts as gone."""
@@ -103,8 +105,11 @@ class Link:
         self._fill_window()
         if self._outstanding:
             wait_s = min(wait_s, max(0.0, self._timeout_at() - time.monotonic()))
+        broken   = self.demux.errors
         messages = self.demux.feed(self._transport.read(wait_s))
         progress = [self._receive(message) for message in messages]
+        if self.demux.errors > broken:
+            self._heard_at = time.monotonic()
         if self._outstanding and not any(progress):
             self._check_time()
 
@@ -188,7 +193,7 @@ class Link:
 
     def _check_time(self) -> None:
         now = time.monotonic()
-        if now - self._progress_at > self._limit_s:
+        if now - max(self._progress_at, self._heard_at) > self._limit_s:
             raise LinkTimeout(f"the device has not answered for {self._limit_s:g} s: "
                               "is it running, is this its port and speed, and does no other host use it?")
         if now >= self._timeout_at():

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .errors import ImageError
-from .images import disparity_pixels
+from .images import INVALID, disparity_pixels
 
 
 @dataclass(frozen=True)
@@ -46,15 +46,17 @@ class Quality:
     rated_pixels: int
 
 
-def rate(disparity: NDArray[np.int16], truth: NDArray[np.float32]) -> Quality:
+def rate(disparity: NDArray[np.int16], truth: NDArray[np.float32], invalid: int = INVALID) -> Quality:
     """Quality of a map.
 
     Parameters
     ----------
     disparity
-        int16, H x W, in sixteenths of a pixel, negative where there is none.
+        int16, H x W, in sixteenths of a pixel.
     truth
         float32, H x W, in pixels, nan where it is unknown.
+    invalid
+        Value of a pixel without a disparity: that and less counts as none.
 
     Raises
     ------
@@ -65,7 +67,8 @@ def rate(disparity: NDArray[np.int16], truth: NDArray[np.float32]) -> Quality:
         raise ImageError(f"the ground truth is {truth.shape[1]}x{truth.shape[0]} pixels, "
                          f"the disparity map {disparity.shape[1]}x{disparity.shape[0]}")
     known  = np.isfinite(truth)
-    errors = np.abs(disparity_pixels(disparity).astype(np.float64) - truth)[known & (disparity >= 0)]
+    pixels = disparity_pixels(disparity, invalid).astype(np.float64)
+    errors = np.abs(pixels - truth)[known & (disparity > invalid)]
     return Quality(
         bad_1_0      = _mean(100.0*(errors > 1.0)),
         bad_2_0      = _mean(100.0*(errors > 2.0)),

@@ -13,8 +13,8 @@ _WEIGHT = 0.125
 #: How many times the measured time the bytes in flight may take before something counts as lost.
 _MARGIN = 4
 
-#: Most times that repeated tries lengthen the wait.
-_MAX_BACKOFF = 4.0
+#: Most times that repeated tries lengthen the wait. Little, so that on a noisy line there is time for many tries.
+_MAX_BACKOFF = 2.0
 
 
 class Pace:
@@ -43,6 +43,6 @@ class Pace:
 
     def allowed_s(self, bytes_in_flight: int, tries: int) -> float:
         """Seconds without progress after which a request that was sent `tries` times counts as lost."""
-        # Each try waits twice as long as the one before, within limits: the device may have become slower.
-        backoff = min(_MAX_BACKOFF, 2.0**(tries - 1))
+        # Each try waits longer than the one before, within limits: the device may have become slower.
+        backoff = min(_MAX_BACKOFF, 1.25**(tries - 1))
         return backoff*(self._floor_s + _MARGIN*self.s_per_byte*bytes_in_flight)

@@ -65,13 +65,22 @@ class ErrorCode(enum.IntEnum):
     MATCHER    = 13
     TIMEOUT    = 14
     DUPLICATE  = 15
+    FEATURE    = 16
 
 
 class Parameter(enum.IntEnum):
     """Numbers of the parameters that CONFIGURE sets."""
 
-    DISPARITIES = 1
-    BLOCK_SIZE  = 2
+    DISPARITIES       = 1
+    BLOCK_SIZE        = 2
+    MIN_DISPARITY     = 3
+    PREFILTER         = 4
+    PREFILTER_CAP     = 5
+    TEXTURE_THRESHOLD = 6
+    UNIQUENESS_RATIO  = 7
+    DISP12_MAX_DIFF   = 8
+    SUBPIXEL          = 9
+    MEDIAN            = 10
 
 
 @dataclass(frozen=True)

@@ -48,7 +48,7 @@ def _reason(code: int, frame_id: int, detail: int) -> str:
     reasons = {
         ErrorCode.TYPE:       f"its firmware does not know type {detail:#04x}, update it",
         ErrorCode.LENGTH:     f"a payload of {detail} bytes was expected",
-        ErrorCode.PARAMETER:  f"it was not built with {_parameter(detail)}",
+        ErrorCode.PARAMETER:  f"its firmware does not know {_parameter(detail)}, update it",
         ErrorCode.RANGE:      f"{_parameter(detail)} is out of its range, see `litestereo info`",
         ErrorCode.NO_SLOT:    f"all of its {detail} frame slots are in use",
         ErrorCode.FRAME:      f"it does not know frame {frame_id}",
@@ -58,6 +58,7 @@ def _reason(code: int, frame_id: int, detail: int) -> str:
         ErrorCode.SIZE:       f"{_SIZES.get(detail, 'the size of the image')}, see `litestereo info`",
         ErrorCode.MATCHER:    f"the accelerator reported error {detail}",
         ErrorCode.TIMEOUT:    f"the accelerator did not finish within {detail} clocks",
+        ErrorCode.FEATURE:    f"it was not built for that value of {_parameter(detail)}, see `litestereo info`",
         ErrorCode.DUPLICATE:  f"frame {detail} is already in use",
     }
     return reasons.get(ErrorCode(code), "") if code in set(ErrorCode) else f"error {code}, detail {detail}"

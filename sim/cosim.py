@@ -7,13 +7,39 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import numpy as np
 from numpy.typing import NDArray
 
-from ..gateware.matcher import Matcher
+from ..gateware.matcher import Matcher, matcher_settings
+from ..gateware.parameters import FEATURES
+from .stereobm import StereoSettings
 from .stream_core import StreamCore
 
-SETTINGS = ("width", "height", "disparities", "block_size")
+
+def pixel_words(left: NDArray[np.uint8], right: NDArray[np.uint8]) -> NDArray[np.uint32]:
+    """A pair of images as the matcher's sink takes it."""
+    return left.astype(np.uint32).ravel() | right.astype(np.uint32).ravel() << 8
+
+
+def signals(width: int, height: int, settings: StereoSettings) -> dict[str, int]:
+    """The settings of a frame as the matcher's Signals have them."""
+    return {
+        "width":             width,
+        "height":            height,
+        "disparities":       settings.disparities,
+        "block_size":        settings.block_size,
+        "min_disparity":     settings.min_disparity,
+        "xsobel":            int(settings.prefilter == "xsobel"),
+        "prefilter_cap":     settings.prefilter_cap,
+        "texture_threshold": settings.texture_threshold,
+        "uniqueness_ratio":  settings.uniqueness_ratio,
+        "subpixel":          int(settings.subpixel),
+        "left_right":        int(settings.disp12_max_diff >= 0),
+        "disp12_max_diff":   max(settings.disp12_max_diff, 0),
+        "median":            int(settings.median),
+    }
 
 
 class CosimMatcher:
@@ -27,29 +53,31 @@ class CosimMatcher:
         Lanes built: the largest number of disparities, a multiple of 16.
     max_block_size
         Largest block size.
+    features
+        Optional stages that are built, some of `FEATURES`.
 
     Raises
     ------
     ValueError
         The gateware cannot be built with such parameters.
     """
-    def __init__(self, max_width: int = 1024, disparities: int = 64, max_block_size: int = 21) -> None:
-        self.max_width      = max_width
-        self.disparities    = disparities
-        self.max_block_size = max_block_size
-        self.core = StreamCore(Matcher(max_width=max_width, disparities=disparities, max_block_size=max_block_size),
-                                  SETTINGS)
+    def __init__(self, max_width: int = 1024, disparities: int = 64, max_block_size: int = 21,
+                 features: Iterable[str] = FEATURES) -> None:
+        matcher = Matcher(max_width=max_width, disparities=disparities, max_block_size=max_block_size,
+                          features=features)
+        self.features = int(matcher.parameters.feature_bits)
+        self.core     = StreamCore(matcher, [name for name, *_ in matcher_settings(matcher.parameters)])
 
-    def match(self, left: NDArray[np.uint8], right: NDArray[np.uint8], disparities: int, block_size: int, *,
-              valid: float = 1.0, ready: float = 1.0, seed: int = 0) -> tuple[NDArray[np.int16], int, int]:
+    def match_settings(self, left: NDArray[np.uint8], right: NDArray[np.uint8], settings: StereoSettings, *,
+                       valid: float = 1.0, ready: float = 1.0, seed: int = 0) -> tuple[NDArray[np.int16], int, int]:
         """Match one pair.
 
         Parameters
         ----------
         left, right
             Rectified 8-bit grey images, H x W.
-        disparities, block_size
-            Settings of the frame.
+        settings
+            Settings of the frame; what the matcher is not built for is ignored.
         valid, ready
             Chance, per clock, that a pixel pair is offered and that the map's next pixel is taken.
         seed
@@ -67,10 +95,9 @@ class CosimMatcher:
         """
         height, width = left.shape
         pixels        = height*width
-        self.core.set(width=width, height=height, disparities=disparities, block_size=block_size)
-        words  = left.astype(np.uint32).ravel() | right.astype(np.uint32).ravel() << 8
-        result = self.core.run(words, pixels, valid=valid, ready=ready, seed=seed,
-                               probe=(block_size//2 + 1)*width - 1)
+        self.core.set(**signals(width, height, settings))
+        result = self.core.run(pixel_words(left, right), pixels, valid=valid, ready=ready, seed=seed,
+                               probe=(settings.block_size//2 + 1)*width - 1)
         if len(result.words) != pixels or result.accepted != pixels:
             self.core.reset()
             raise RuntimeError(f"the matcher took {result.accepted} and gave {len(result.words)} of {pixels} pixels")

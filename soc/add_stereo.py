@@ -7,6 +7,7 @@ from migen import *
 
 from litex.soc.interconnect import wishbone
 
+from ..gateware.parameters import FEATURES
 from ..gateware.peripheral import StereoPeripheral
 
 # Bus Ports ----------------------------------------------------------------------------------------
@@ -36,7 +37,8 @@ class BusPorts:
 class StereoMixin:
     """Gives a LiteX SoC the method `add_stereo`: `class MySoC(StereoMixin, SoCCore)`."""
 
-    def add_stereo(self, name="stereo", max_width=640, disparities=64, max_block_size=9, memory=None, burst_bytes=128):
+    def add_stereo(self, name="stereo", max_width=640, disparities=64, max_block_size=9, features=FEATURES, memory=None,
+        burst_bytes=128):
         """Add a stereo matcher with its DMA, registers and interrupt.
 
         Parameters
@@ -45,6 +47,8 @@ class StereoMixin:
             Of the peripheral: prefix of its registers, and name of its interrupt.
         max_width, disparities, max_block_size : int
             What is built: widest frame, largest number of disparities, largest block size.
+        features : iterable of str
+            Optional stages that are built, some of `FEATURES`: see `MatcherParameters`.
         memory : object with `get_port(mode=...)`, optional
             Where the DMA gets its ports: `self.sdram.crossbar` of a SDRAM without L2 cache (the crossbar goes
             past it), a `WideRAM`, or by default the SoC's bus.
@@ -60,6 +64,7 @@ class StereoMixin:
             max_width      = max_width,
             disparities    = disparities,
             max_block_size = max_block_size,
+            features       = features,
             burst_bytes    = burst_bytes,
         )
         self.add_module(name=name, module=stereo)

@@ -9,7 +9,8 @@ from litex.gen import *
 
 from litex.soc.integration.soc_core import SoCCore
 
-from .add_stereo import StereoMixin
+from ..gateware.parameters import FEATURES
+from .add_stereo           import StereoMixin
 
 # Stereo SoC ---------------------------------------------------------------------------------------
 
@@ -24,15 +25,15 @@ class StereoSoC(StereoMixin, SoCCore):
         LiteX platform of the board or of the simulation.
     sys_clk_freq : int
         System clock in Hz.
-    max_width, disparities, max_block_size, burst_bytes : int
+    max_width, disparities, max_block_size, features, burst_bytes
         Of the matcher: see `StereoMixin.add_stereo`.
     name : str
         What the device calls itself, at most 15 ASCII characters.
     **kwargs
         Passed on to `SoCCore`.
     """
-    def __init__(self, platform, sys_clk_freq, max_width=640, disparities=64, max_block_size=9, burst_bytes=128,
-        name="litestereo", **kwargs):
+    def __init__(self, platform, sys_clk_freq, max_width=640, disparities=64, max_block_size=9, features=FEATURES,
+        burst_bytes=128, name="litestereo", **kwargs):
         soc_kwargs = dict(
             ident           = f"LiteStereo on {name}",
             cpu_type        = "vexriscv",
@@ -52,6 +53,7 @@ class StereoSoC(StereoMixin, SoCCore):
             max_width      = max_width,
             disparities    = disparities,
             max_block_size = max_block_size,
+            features       = features,
             memory         = memory,
             burst_bytes    = burst_bytes,
         )

@@ -24,9 +24,10 @@ import numpy as np
 import litestereo.host_tools.cli, litestereo.sim.system, litestereo.soc.simulation
 from litestereo.firmware import FIRMWARE_DIR
 from litestereo.sim.cosim import CosimMatcher
+from litestereo.sim.stereobm import StereoSettings
 assert "site" in str(FIRMWARE_DIR) and (FIRMWARE_DIR / "Makefile").is_file()
 image = np.zeros((5, 24), np.uint8)
-print(CosimMatcher(24, 16, 5).match(image, image, 16, 5)[0].shape)
+print(CosimMatcher(24, 16, 5).match_settings(image, image, StereoSettings(16, 5))[0].shape)
 """
 
 

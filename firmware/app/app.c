@@ -39,10 +39,7 @@ static void describe(app_t *app)
         .firmware_version = FIRMWARE_VERSION,
         .max_width        = can->max_width,
         .max_height       = can->max_height,
-        .max_disparities  = can->max_disparities,
-        .min_block_size   = can->min_block_size,
-        .max_block_size   = can->max_block_size,
-        .features         = can->features,
+        .limits           = can->limits,
         .sys_clk_hz       = clock_hz(),
         .name             = platform_name(),
     };

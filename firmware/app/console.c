@@ -14,6 +14,9 @@
 
 #define PROMPT "litestereo> "
 
+/* Of the commands that match a frame: every stage that is built, or none but the sum of absolute differences. */
+#define FRAME_ARGUMENTS " WIDTH HEIGHT DISPARITIES BLOCK_SIZE sad|all"
+
 static bool command_help(console_t *console, char **argv);
 static bool command_info(console_t *console, char **argv);
 static bool command_stats(console_t *console, char **argv);
@@ -25,11 +28,12 @@ static const struct {
     const char       *help;
     console_command_t run;
 } commands[] = {
-    {"help",     1, "",                                     "show the commands",           command_help},
-    {"info",     1, "",                                     "show what the device can do", command_info},
-    {"stats",    1, "",                                     "show the counters",           command_stats},
-    {"selftest", 1, "",                                     "compare accelerator and CPU", command_selftest},
-    {"bench",    5, " WIDTH HEIGHT DISPARITIES BLOCK_SIZE", "match a fixed pattern",       command_bench},
+    {"help",     1, "",              "show the commands",                  command_help},
+    {"info",     1, "",              "show what the device can do",        command_info},
+    {"stats",    1, "",              "show the counters",                  command_stats},
+    {"selftest", 1, "",              "compare accelerator and CPU",        command_selftest},
+    {"bench",     6, FRAME_ARGUMENTS, "match a fixed pattern",             command_bench},
+    {"cpu_bench", 6, FRAME_ARGUMENTS, "match it on the CPU",               command_cpu_bench},
 };
 
 #define COMMANDS (sizeof(commands) / sizeof(commands[0]))
@@ -77,11 +81,17 @@ static bool command_info(console_t *console, char **argv)
     (void)argv;
     console_printf(console, "name: %s\n", info->name);
     console_printf(console, "firmware: %u.%u\n", info->firmware_version >> 8, info->firmware_version & 0xff);
-    console_printf(console, "gateware: %u.%u, features 0x%08x\n", info->gateware_version >> 8,
-        info->gateware_version & 0xff, (unsigned)info->features);
+    console_printf(console, "gateware: %u.%u\n", info->gateware_version >> 8, info->gateware_version & 0xff);
+    console_printf(console, "features:");
+    for (unsigned bit = 0; bit < STEREO_FEATURES; bit++) {
+        if ((info->limits.features & 1u << bit) != 0) {
+            console_printf(console, " %s", stereo_feature_name(bit));
+        }
+    }
+    console_printf(console, "\n");
     console_printf(console, "clock: %u Hz\n", (unsigned)info->sys_clk_hz);
-    console_printf(console, "disparities: 16 to %u\n", info->max_disparities);
-    console_printf(console, "block size: %u to %u\n", info->min_block_size, info->max_block_size);
+    console_printf(console, "disparities: 16 to %u\n", info->limits.max_disparities);
+    console_printf(console, "block size: %u to %u\n", info->limits.min_block_size, info->limits.max_block_size);
     console_printf(console, "frames: %u slots of %u pixels, at most %u wide\n", pool->slots,
         (unsigned)pool->max_pixels, info->max_width);
     return true;

@@ -16,13 +16,10 @@ _Static_assert(PROTOCOL_CHUNK_SIZE % STEREO_MAX_ALIGNMENT == 0, "images must sui
 stereo_job_t matcher_job(const frame_t *frame)
 {
     return (stereo_job_t){
-        .left        = frame_left(frame),
-        .right       = frame_right(frame),
-        .map         = frame_map(frame),
-        .width       = frame->settings.width,
-        .height      = frame->settings.height,
-        .disparities = frame->settings.disparities,
-        .block_size  = frame->settings.block_size,
+        .left     = frame_left(frame),
+        .right    = frame_right(frame),
+        .map      = frame_map(frame),
+        .settings = frame->settings,
     };
 }
 

@@ -8,11 +8,10 @@
 
 #include "commands.h"
 #include "pattern.h"
-#include "sad.h"
+#include "stereo_bm.h"
 
-/* Most pixels of a case, and most columns: what the CPU's map takes is set aside for good. */
-#define MAX_PIXELS 5120u
-#define MAX_WIDTH  320u
+/* Most pixels of a case: what the CPU's map takes is set aside for good. */
+#define MAX_PIXELS 8192u
 
 /* Sizes beyond the smallest image that has a valid pixel. They are odd, so that rows begin at any place in a word. */
 typedef struct {
@@ -20,31 +19,51 @@ typedef struct {
     uint8_t  block_size;   /* 0 for the smallest, UINT8_MAX for the largest that the gateware has. */
     uint8_t  columns;
     uint8_t  rows;
+    bool     all;          /* Every stage that is built, or as few as there are. */
     uint32_t mask;         /* Bits of a pixel in use: few make many equal costs. */
 } case_t;
 
 static const case_t cases[] = {
-    {16, 0,         14, 6, 0xffffffff},
-    {32, 9,         11, 5, 0x03030303},
-    {0,  UINT8_MAX, 12, 4, 0xffffffff},
+    {16, 0,         14, 6, false, 0xffffffff},
+    {32, 9,         11, 5, false, 0x03030303},
+    {16, 0,         23, 8, true,  0x0f0f0f0f},
+    {0,  UINT8_MAX, 12, 4, true,  0xffffffff},
 };
 
 static int16_t  expected[MAX_PIXELS];
-static uint32_t scratch[SAD_SCRATCH_WORDS(1, MAX_PIXELS) + MAX_WIDTH];
+uint32_t        cpu_scratch[CPU_SCRATCH_WORDS];
 
-static frame_settings_t case_settings(const case_t *test, const device_info_t *info)
+stereo_settings_t settings_with_all_stages(const stereo_limits_t *limits)
 {
-    frame_settings_t settings = {.disparities = test->disparities, .block_size = test->block_size};
+    static const struct {
+        stereo_field_t field;
+        int32_t        value;
+    } wanted[] = {
+        {STEREO_FIELD_MIN_DISPARITY,     3},
+        {STEREO_FIELD_TEXTURE_THRESHOLD, 60},
+        {STEREO_FIELD_UNIQUENESS_RATIO,  5},
+        {STEREO_FIELD_DISP12_MAX_DIFF,   1},
+        {STEREO_FIELD_MEDIAN,            1},
+    };
+    stereo_settings_t settings = stereo_settings_default(limits);
 
-    if (settings.disparities == 0) {
-        settings.disparities = info->max_disparities;
+    for (size_t i = 0; i < sizeof(wanted) / sizeof(wanted[0]); i++) {
+        /* What is not built is refused, and stays as it is. */
+        (void)stereo_settings_set(&settings, limits, wanted[i].field, wanted[i].value);
     }
-    if (settings.block_size == 0) {
-        settings.block_size = info->min_block_size;
-    } else if (settings.block_size == UINT8_MAX) {
-        settings.block_size = info->max_block_size;
+    return settings;
+}
+
+static stereo_settings_t case_settings(const case_t *test, const stereo_limits_t *limits)
+{
+    stereo_settings_t settings = test->all ? settings_with_all_stages(limits) : stereo_settings_bare(limits);
+
+    settings.disparities = test->disparities == 0 ? limits->max_disparities : test->disparities;
+    settings.block_size  = test->block_size == 0 ? limits->min_block_size : test->block_size;
+    if (test->block_size == UINT8_MAX) {
+        settings.block_size = limits->max_block_size;
     }
-    settings.width  = settings.disparities + settings.block_size - 1 + test->columns;
+    settings.width  = (uint16_t)(stereo_settings_min_width(&settings) + test->columns);
     settings.height = settings.block_size + test->rows;
     return settings;
 }
@@ -74,12 +93,11 @@ static void draw_pair(const frame_t *frame, uint32_t mask)
 
 static bool compare(console_t *console, const frame_t *frame)
 {
-    const frame_settings_t *settings = &frame->settings;
+    const stereo_settings_t *settings = &frame->settings;
     uint32_t                pixels   = frame_pixels(frame);
     const uint8_t          *map      = frame_map(frame);
 
-    sad_match(frame_left(frame), frame_right(frame), settings->width, settings->height, settings->disparities,
-        settings->block_size, expected, scratch);
+    stereo_bm(settings, frame_left(frame), frame_right(frame), expected, cpu_scratch);
     for (uint32_t i = 0; i < pixels; i++) {
         int16_t found;
 
@@ -94,7 +112,7 @@ static bool compare(console_t *console, const frame_t *frame)
     return true;
 }
 
-static bool run_case(console_t *console, const case_t *test, const frame_settings_t *settings)
+static bool run_case(console_t *console, const case_t *test, const stereo_settings_t *settings)
 {
     frame_t *frame;
     bool     passed = false;
@@ -114,14 +132,14 @@ static bool run_case(console_t *console, const case_t *test, const frame_setting
     return passed;
 }
 
-static bool is_possible(const console_t *console, const frame_settings_t *settings)
+static bool is_possible(const console_t *console, const stereo_settings_t *settings)
 {
     const device_info_t *info   = console->info;
     uint32_t             pixels = (uint32_t)settings->width * settings->height;
 
-    return settings->disparities <= info->max_disparities && settings->block_size <= info->max_block_size
-        && settings->block_size >= info->min_block_size && settings->width <= info->max_width
-        && settings->width <= MAX_WIDTH && pixels <= MAX_PIXELS && pixels <= console->matcher->pool->max_pixels;
+    return stereo_settings_check(settings, &info->limits) == STEREO_FIELD_NONE && settings->width <= info->max_width
+        && stereo_bm_scratch_words(settings) <= CPU_SCRATCH_WORDS && pixels <= MAX_PIXELS
+        && pixels <= console->matcher->pool->max_pixels;
 }
 
 bool command_selftest(console_t *console, char **argv)
@@ -131,7 +149,7 @@ bool command_selftest(console_t *console, char **argv)
 
     (void)argv;
     for (size_t i = 0; i < sizeof(cases) / sizeof(cases[0]); i++) {
-        frame_settings_t settings = case_settings(&cases[i], console->info);
+        stereo_settings_t settings = case_settings(&cases[i], &console->info->limits);
 
         if (!is_possible(console, &settings)) {
             continue;

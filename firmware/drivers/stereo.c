@@ -13,6 +13,11 @@
 #define CONTROL_START (1u << 0)
 #define CONTROL_ABORT (1u << 1)
 #define STATE_BUSY    (1u << 0)
+#define OPTION_XSOBEL   (1u << 0)
+#define OPTION_SUBPIXEL (1u << 1)
+#define OPTION_MEDIAN   (1u << 2)
+#define NO_CHECK        255u  /* As disp12_max_diff. */
+
 #define EVENT_DONE    (1u << 0)
 #define EVENT_ERROR   (1u << 1)
 
@@ -42,9 +47,12 @@ static void clear_events(stereo_t *stereo)
 
 static bool capabilities_make_sense(const stereo_capabilities_t *can)
 {
-    return can->max_width > 0 && can->max_disparities >= 16 && can->max_disparities % 16 == 0
-        && can->min_block_size % 2 == 1 && can->max_block_size % 2 == 1
-        && can->min_block_size <= can->max_block_size
+    const stereo_limits_t *limits = &can->limits;
+
+    return can->max_width > 0 && limits->max_disparities >= 16 && limits->max_disparities % 16 == 0
+        && limits->min_block_size % 2 == 1 && limits->max_block_size % 2 == 1
+        && limits->min_block_size <= limits->max_block_size
+        && (limits->features & (STEREO_FEATURE_XSOBEL | STEREO_FEATURE_RAW)) != 0
         && can->dma_alignment > 0 && STEREO_MAX_ALIGNMENT % can->dma_alignment == 0;
 }
 
@@ -62,10 +70,12 @@ status_t stereo_init(stereo_t *stereo)
             .version         = (uint16_t)stereo_version_read(),
             .max_width       = (uint16_t)stereo_max_width_read(),
             .max_height      = STEREO_MAX_HEIGHT,
-            .max_disparities = (uint16_t)stereo_max_disparities_read(),
-            .min_block_size  = (uint8_t)block_sizes,
-            .max_block_size  = (uint8_t)(block_sizes >> 8),
-            .features        = stereo_features_read(),
+            .limits          = {
+                .max_disparities = (uint16_t)stereo_max_disparities_read(),
+                .min_block_size  = (uint8_t)block_sizes,
+                .max_block_size  = (uint8_t)(block_sizes >> 8),
+                .features        = stereo_features_read(),
+            },
             .dma_alignment   = stereo_dma_alignment_read(),
         },
     };
@@ -77,22 +87,6 @@ status_t stereo_init(stereo_t *stereo)
     return status;
 }
 
-const char *stereo_field_name(stereo_field_t field)
-{
-    static const char *const names[] = {
-        [STEREO_FIELD_NONE]        = "none",
-        [STEREO_FIELD_LEFT]        = "left",
-        [STEREO_FIELD_RIGHT]       = "right",
-        [STEREO_FIELD_MAP]         = "map",
-        [STEREO_FIELD_DISPARITIES] = "disparities",
-        [STEREO_FIELD_BLOCK_SIZE]  = "block_size",
-        [STEREO_FIELD_WIDTH]       = "width",
-        [STEREO_FIELD_HEIGHT]      = "height",
-    };
-
-    return names[field];
-}
-
 static bool is_aligned(const stereo_t *stereo, const uint8_t *address)
 {
     return address != NULL && (uintptr_t)address % stereo->capabilities.dma_alignment == 0;
@@ -100,7 +94,9 @@ static bool is_aligned(const stereo_t *stereo, const uint8_t *address)
 
 stereo_field_t stereo_check(const stereo_t *stereo, const stereo_job_t *job)
 {
-    const stereo_capabilities_t *can = &stereo->capabilities;
+    const stereo_capabilities_t *can      = &stereo->capabilities;
+    const stereo_settings_t     *settings = &job->settings;
+    stereo_field_t               bad;
 
     if (!is_aligned(stereo, job->left)) {
         return STEREO_FIELD_LEFT;
@@ -111,19 +107,33 @@ stereo_field_t stereo_check(const stereo_t *stereo, const stereo_job_t *job)
     if (!is_aligned(stereo, job->map)) {
         return STEREO_FIELD_MAP;
     }
-    if (job->disparities < 16 || job->disparities > can->max_disparities || job->disparities % 16 != 0) {
-        return STEREO_FIELD_DISPARITIES;
+    bad = stereo_settings_check(settings, &can->limits);
+    if (bad != STEREO_FIELD_NONE) {
+        return bad;
     }
-    if (job->block_size < can->min_block_size || job->block_size > can->max_block_size || job->block_size % 2 == 0) {
-        return STEREO_FIELD_BLOCK_SIZE;
-    }
-    if (job->width > can->max_width || job->width < job->disparities + job->block_size - 1) {
+    if (settings->width > can->max_width || settings->width < stereo_settings_min_width(settings)) {
         return STEREO_FIELD_WIDTH;
     }
-    if (job->height > can->max_height || job->height < job->block_size) {
+    if (settings->height > can->max_height || settings->height < settings->block_size) {
         return STEREO_FIELD_HEIGHT;
     }
     return STEREO_FIELD_NONE;
+}
+
+/* The registers of the settings, which are taken over at the start of a frame. */
+static void write_settings(const stereo_settings_t *settings)
+{
+    stereo_width_write(settings->width);
+    stereo_height_write(settings->height);
+    stereo_disparities_write(settings->disparities);
+    stereo_block_size_write(settings->block_size);
+    stereo_min_disparity_write(settings->min_disparity);
+    stereo_prefilter_cap_write(settings->prefilter_cap);
+    stereo_texture_threshold_write(settings->texture_threshold);
+    stereo_uniqueness_ratio_write(settings->uniqueness_ratio);
+    stereo_disp12_max_diff_write(settings->disp12_max_diff < 0 ? NO_CHECK : (uint8_t)settings->disp12_max_diff);
+    stereo_options_write((settings->xsobel ? OPTION_XSOBEL : 0u) | (settings->subpixel ? OPTION_SUBPIXEL : 0u)
+        | (settings->median ? OPTION_MEDIAN : 0u));
 }
 
 status_t stereo_submit(stereo_t *stereo, const stereo_job_t *job, uint64_t clock)
@@ -138,15 +148,12 @@ status_t stereo_submit(stereo_t *stereo, const stereo_job_t *job, uint64_t clock
     stereo_left_base_write((uint32_t)(uintptr_t)job->left);
     stereo_right_base_write((uint32_t)(uintptr_t)job->right);
     stereo_disparity_base_write((uint32_t)(uintptr_t)job->map);
-    stereo_width_write(job->width);
-    stereo_height_write(job->height);
-    stereo_disparities_write(job->disparities);
-    stereo_block_size_write(job->block_size);
+    write_settings(&job->settings);
     clear_events(stereo);
     memory_to_device();
     stereo->busy    = true;
     stereo->started = clock;
-    stereo->budget  = BUDGET_PER_FRAME + (uint64_t)BUDGET_PER_PIXEL * job->width * job->height;
+    stereo->budget  = BUDGET_PER_FRAME + (uint64_t)BUDGET_PER_PIXEL * job->settings.width * job->settings.height;
     stereo_control_write(CONTROL_START);
     return STATUS_OK;
 }

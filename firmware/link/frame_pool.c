@@ -72,7 +72,7 @@ status_t frame_pool_init(frame_pool_t *pool, void *memory, size_t size, unsigned
     return pool->max_pixels > 0 ? STATUS_OK : STATUS_SIZE;
 }
 
-status_t frame_pool_open(frame_pool_t *pool, frame_owner_t owner, uint32_t id, const frame_settings_t *settings,
+status_t frame_pool_open(frame_pool_t *pool, frame_owner_t owner, uint32_t id, const stereo_settings_t *settings,
     frame_t **frame)
 {
     uint32_t pixels = (uint32_t)settings->width * settings->height;

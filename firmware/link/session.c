@@ -32,8 +32,7 @@ static const struct {
 
 static void set_defaults(session_t *session)
 {
-    session->disparities = session->info->max_disparities;
-    session->block_size  = session->info->max_block_size < 9 ? session->info->max_block_size : 9;
+    session->settings = stereo_settings_default(&session->info->limits);
 }
 
 void session_init(session_t *session, const device_info_t *info, frame_pool_t *pool, counters_t *counters,
@@ -78,10 +77,10 @@ static void put_capabilities(const session_t *session, uint8_t *payload)
     put_u16(payload + 10, info->firmware_version);
     put_u16(payload + 12, info->max_width);
     put_u16(payload + 14, info->max_height);
-    put_u16(payload + 16, info->max_disparities);
-    payload[18] = info->min_block_size;
-    payload[19] = info->max_block_size;
-    put_u32(payload + 20, info->features);
+    put_u16(payload + 16, info->limits.max_disparities);
+    payload[18] = info->limits.min_block_size;
+    payload[19] = info->limits.max_block_size;
+    put_u32(payload + 20, info->limits.features);
     put_u32(payload + 24, session->pool->max_pixels);
     put_u16(payload + 28, session->pool->slots);
     put_u16(payload + 30, PROTOCOL_CHUNK_SIZE);
@@ -108,44 +107,49 @@ void session_hello(session_t *session, exchange_t *exchange)
     exchange->length = PROTOCOL_CAPABILITIES_SIZE;
 }
 
-static bool value_allowed(const session_t *session, uint16_t parameter, int32_t value)
-{
-    const device_info_t *info = session->info;
+/* Parameters are numbered in the order of the fields that they set. */
+_Static_assert(STEREO_FIELD_MEDIAN - STEREO_FIELD_DISPARITIES == PARAMETER_MEDIAN - PARAMETER_DISPARITIES,
+    "each field has its parameter");
 
-    if (parameter == PARAMETER_DISPARITIES) {
-        return value >= 16 && value <= info->max_disparities && value % 16 == 0;
+/* Applies one entry of a CONFIGURE to `settings`; returns whether it is acceptable, and refuses it if not. */
+static bool configure(const session_t *session, exchange_t *exchange, const uint8_t *entry, stereo_settings_t *settings)
+{
+    uint16_t       parameter = get_u16(entry);
+    stereo_field_t field     = (stereo_field_t)(STEREO_FIELD_DISPARITIES + parameter - PARAMETER_DISPARITIES);
+
+    if (parameter < PARAMETER_DISPARITIES || parameter > PARAMETER_MEDIAN) {
+        refuse(exchange, ERROR_PARAMETER, parameter);
+        return false;
     }
-    return value >= info->min_block_size && value <= info->max_block_size && value % 2 == 1;
+    switch (stereo_settings_set(settings, &session->info->limits, field, (int32_t)get_u32(entry + 4))) {
+    case STATUS_OK:
+        return true;
+    case STATUS_UNSUPPORTED:
+        refuse(exchange, ERROR_FEATURE, parameter);
+        return false;
+    default:
+        refuse(exchange, ERROR_RANGE, parameter);
+        return false;
+    }
 }
 
 void session_configure(session_t *session, exchange_t *exchange)
 {
-    const message_t *request = exchange->request;
-    const uint8_t   *end     = request->payload + request->length;
+    const message_t  *request  = exchange->request;
+    const uint8_t    *end      = request->payload + request->length;
+    stereo_settings_t settings = session->settings;
 
     if (request->length % PROTOCOL_PARAMETER_SIZE != 0) {
         refuse(exchange, ERROR_LENGTH, request->length / PROTOCOL_PARAMETER_SIZE * PROTOCOL_PARAMETER_SIZE);
         return;
     }
     for (const uint8_t *entry = request->payload; entry < end; entry += PROTOCOL_PARAMETER_SIZE) {
-        uint16_t parameter = get_u16(entry);
-
-        if (parameter != PARAMETER_DISPARITIES && parameter != PARAMETER_BLOCK_SIZE) {
-            refuse(exchange, ERROR_PARAMETER, parameter);
-            return;
-        }
-        if (!value_allowed(session, parameter, (int32_t)get_u32(entry + 4))) {
-            refuse(exchange, ERROR_RANGE, parameter);
+        if (!configure(session, exchange, entry, &settings)) {
             return;
         }
     }
-    for (const uint8_t *entry = request->payload; entry < end; entry += PROTOCOL_PARAMETER_SIZE) {
-        if (get_u16(entry) == PARAMETER_DISPARITIES) {
-            session->disparities = (uint16_t)get_u32(entry + 4);
-        } else {
-            session->block_size = (uint8_t)get_u32(entry + 4);
-        }
-    }
+    /* All of them or none. */
+    session->settings = settings;
 }
 
 void session_statistics(session_t *session, exchange_t *exchange)

@@ -45,7 +45,7 @@ void session_free_all(session_t *session, enum counter counter)
 }
 
 /* enum protocol_size of what keeps a frame from being matched; 0 if nothing does. */
-static uint32_t judge_size(const session_t *session, const frame_settings_t *settings)
+static uint32_t judge_size(const session_t *session, const stereo_settings_t *settings)
 {
     if (settings->width > session->info->max_width) {
         return SIZE_TOO_WIDE;
@@ -56,7 +56,7 @@ static uint32_t judge_size(const session_t *session, const frame_settings_t *set
     if ((uint32_t)settings->width * settings->height > session->pool->max_pixels) {
         return SIZE_TOO_LARGE;
     }
-    if (settings->width < settings->disparities + settings->block_size - 1) {
+    if (settings->width < stereo_settings_min_width(settings)) {
         return SIZE_TOO_NARROW;
     }
     if (settings->height < settings->block_size) {
@@ -67,15 +67,12 @@ static uint32_t judge_size(const session_t *session, const frame_settings_t *set
 
 void session_open(session_t *session, exchange_t *exchange)
 {
-    const message_t *request  = exchange->request;
-    frame_settings_t settings = {
-        .width       = get_u16(request->payload),
-        .height      = get_u16(request->payload + 2),
-        .disparities = session->disparities,
-        .block_size  = session->block_size,
-    };
-    frame_t *frame = find(session, request->frame_id);
+    const message_t  *request  = exchange->request;
+    frame_t          *frame    = find(session, request->frame_id);
+    stereo_settings_t settings = session->settings;
 
+    settings.width  = get_u16(request->payload);
+    settings.height = get_u16(request->payload + 2);
     if (request->frame_id == 0) {
         refuse(exchange, ERROR_FRAME, 0);
         return;

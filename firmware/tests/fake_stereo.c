@@ -9,7 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "app/sad.h"
+#include "app/stereo_bm.h"
 #include "generated/csr.h"
 
 enum { CODE_NONE, CODE_CONFIG, CODE_BUS, CODE_ABORTED };
@@ -19,11 +19,13 @@ fake_stereo_t fake_stereo = {
     .max_width        = 1024,
     .max_disparities  = 64,
     .max_block_size   = 21,
+    .features         = 0xff,
     .clocks_per_pixel = 1,
 };
 
 static struct {
-    uint32_t left, right, map, width, height, disparities, block_size;
+    uint32_t left, right, map;
+    stereo_settings_t settings;
     bool     busy;
     uint32_t code, clocks, first_row_clocks, frames, pending, enable;
     uint64_t ready;
@@ -38,7 +40,7 @@ static void *memory_at(uint32_t address)
 
 static uint32_t map_size(void)
 {
-    return 2 * regs.width * regs.height;
+    return 2u * regs.settings.width * regs.settings.height;
 }
 
 static void end(uint32_t code)
@@ -57,25 +59,25 @@ static void end(uint32_t code)
 
 static void start(void)
 {
-    uint32_t *scratch;
+    stereo_limits_t limits = {fake_stereo.max_disparities, 5, fake_stereo.max_block_size, fake_stereo.features};
+    uint32_t       *scratch;
 
     if (regs.busy) {
         return;
     }
     regs.busy             = true;
-    regs.clocks           = regs.width * regs.height * fake_stereo.clocks_per_pixel;
-    regs.first_row_clocks = regs.width * (regs.block_size / 2 + 1) * fake_stereo.clocks_per_pixel;
+    regs.clocks           = (uint32_t)regs.settings.width * regs.settings.height * fake_stereo.clocks_per_pixel;
+    regs.first_row_clocks = regs.settings.width * (regs.settings.block_size / 2u + 1) * fake_stereo.clocks_per_pixel;
     regs.ready            = fake_stereo.clock() + regs.clocks;
-    if (regs.disparities > fake_stereo.max_disparities || regs.width > fake_stereo.max_width
-        || regs.height > 4095 || regs.block_size > fake_stereo.max_block_size) {
+    if (stereo_settings_check(&regs.settings, &limits) != STEREO_FIELD_NONE || regs.settings.height > 4095
+        || regs.settings.width > fake_stereo.max_width) {
         end(CODE_CONFIG);
         return;
     }
     /* The images are read now and the map is written at the end, as the firmware must allow for. */
     regs.result = malloc(map_size());
-    scratch     = malloc(4 * SAD_SCRATCH_WORDS(regs.width, regs.height));
-    sad_match(memory_at(regs.left), memory_at(regs.right), regs.width, regs.height, regs.disparities,
-        regs.block_size, regs.result, scratch);
+    scratch     = malloc(4 * stereo_bm_scratch_words(&regs.settings));
+    stereo_bm(&regs.settings, memory_at(regs.left), memory_at(regs.right), regs.result, scratch);
     free(scratch);
 }
 
@@ -104,24 +106,36 @@ void stereo_control_write(uint8_t value)
     }
 }
 
-void stereo_left_base_write(uint32_t value)      { regs.left = value; }
-void stereo_right_base_write(uint32_t value)     { regs.right = value; }
-void stereo_disparity_base_write(uint32_t value) { regs.map = value; }
-void stereo_width_write(uint16_t value)          { regs.width = value; }
-void stereo_height_write(uint16_t value)         { regs.height = value; }
-void stereo_disparities_write(uint16_t value)    { regs.disparities = value; }
-void stereo_block_size_write(uint8_t value)      { regs.block_size = value; }
-void stereo_ev_pending_write(uint32_t value)     { regs.pending &= ~value; }
-void stereo_ev_enable_write(uint32_t value)      { regs.enable = value; }
+void stereo_left_base_write(uint32_t value)         { regs.left = value; }
+void stereo_right_base_write(uint32_t value)        { regs.right = value; }
+void stereo_disparity_base_write(uint32_t value)    { regs.map = value; }
+void stereo_width_write(uint16_t value)             { regs.settings.width = value; }
+void stereo_height_write(uint16_t value)            { regs.settings.height = value; }
+void stereo_disparities_write(uint16_t value)       { regs.settings.disparities = value; }
+void stereo_block_size_write(uint8_t value)         { regs.settings.block_size = value; }
+void stereo_min_disparity_write(uint8_t value)      { regs.settings.min_disparity = value; }
+void stereo_prefilter_cap_write(uint8_t value)      { regs.settings.prefilter_cap = value; }
+void stereo_texture_threshold_write(uint32_t value) { regs.settings.texture_threshold = value; }
+void stereo_uniqueness_ratio_write(uint8_t value)   { regs.settings.uniqueness_ratio = value; }
+void stereo_disp12_max_diff_write(uint8_t value)    { regs.settings.disp12_max_diff = value == 255 ? -1 : value; }
+void stereo_ev_pending_write(uint32_t value)        { regs.pending &= ~value; }
+void stereo_ev_enable_write(uint32_t value)         { regs.enable = value; }
+
+void stereo_options_write(uint8_t value)
+{
+    regs.settings.xsobel   = (value & 1) != 0;
+    regs.settings.subpixel = (value & 2) != 0;
+    regs.settings.median   = (value & 4) != 0;
+}
 
 uint32_t stereo_status_read(void)           { return regs.busy | regs.code << 8; }
 uint32_t stereo_clocks_read(void)           { return regs.clocks; }
 uint32_t stereo_first_row_clocks_read(void) { return regs.first_row_clocks; }
 uint32_t stereo_frames_read(void)           { return regs.frames; }
-uint32_t stereo_version_read(void)          { return 0x0001; }
+uint32_t stereo_version_read(void)          { return 0x0002; }
 uint32_t stereo_max_width_read(void)        { return fake_stereo.max_width; }
 uint32_t stereo_max_disparities_read(void)  { return fake_stereo.max_disparities; }
 uint32_t stereo_block_sizes_read(void)      { return 5 | fake_stereo.max_block_size << 8; }
-uint32_t stereo_features_read(void)         { return 0; }
+uint32_t stereo_features_read(void)         { return fake_stereo.features; }
 uint32_t stereo_dma_alignment_read(void)    { return 16; }
 uint32_t stereo_ev_pending_read(void)       { return regs.pending; }

@@ -24,7 +24,7 @@ uint32_t      token;
 message_t     reply;
 device_info_t device_info = {
     .gateware_version = 0x0203, .firmware_version = 0x0405, .max_width = 640, .max_height = 480,
-    .max_disparities = 64, .min_block_size = 5, .max_block_size = 21, .features = 0x11223344,
+    .limits = {.max_disparities = 64, .min_block_size = 5, .max_block_size = 21, .features = 0x112233ff},
     .sys_clk_hz = 60000000, .name = "test",
 };
 

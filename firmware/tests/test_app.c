@@ -13,12 +13,13 @@ static void test_console(void)
 {
     boot();
     REQUIRE(strstr(out, "LiteStereo on test") != NULL && strstr(out, "litestereo> ") != NULL);
-    REQUIRE_TYPE("help\r", "bench WIDTH HEIGHT DISPARITIES BLOCK_SIZE");
+    REQUIRE_TYPE("help\r", "bench WIDTH HEIGHT DISPARITIES BLOCK_SIZE sad|all");
     REQUIRE_TYPE("info\n", "disparities: 16 to 64\r\n");
+    REQUIRE_TYPE("info\n", "features: xsobel raw texture uniqueness subpixel left_right min_disparity median\r\n");
     REQUIRE(strcmp(type("\r"), "\r\nlitestereo> ") == 0);
     REQUIRE(strcmp(type("\n"), "") == 0);
     REQUIRE(strcmp(type("x\b"), "x\b \b") == 0);
-    REQUIRE_TYPE("  stats  \r", "console_lines: 3\r\n");
+    REQUIRE_TYPE("  stats  \r", "console_lines: 4\r\n");
     REQUIRE_TYPE("hlep\r", "unknown command");
     REQUIRE_TYPE("help me\r", "usage: help\r\n");
     REQUIRE_TYPE("help 1 2 3 4 5 6 7 8 9 10 11 12\r", "usage: help\r\n");
@@ -35,35 +36,44 @@ static void test_console(void)
 static void test_bench(void)
 {
     static const char *const wrong[] = {
-        "bench\r", "bench 64 32 16\r", "bench 64 32 16 5 1\r", "bench 64 32 16 x\r", "bench -64 32 16 5\r",
-        "bench 64 32 16 5x\r", "bench 0 32 16 5\r", "bench 65600 32 16 5\r", "bench 64 32 16 261\r",
+        "bench\r", "bench 64 32 16 5\r", "bench 64 32 16 5 sad 1\r", "bench 64 32 16 x sad\r",
+        "bench -64 32 16 5 sad\r", "bench 64 32 16 5x sad\r", "bench 0 32 16 5 sad\r", "bench 65600 32 16 5 sad\r",
+        "bench 64 32 16 261 sad\r", "bench 64 32 16 5 some\r",
     };
-    frame_settings_t settings = {.width = 20, .height = 20};
-    frame_t         *frame[FRAME_POOL_SLOTS];
+    stereo_settings_t settings = {.width = 20, .height = 20};
+    frame_t          *frame[FRAME_POOL_SLOTS];
 
     boot();
     for (size_t i = 0; i < sizeof(wrong) / sizeof(wrong[0]); i++) {
         REQUIRE_TYPE(wrong[i], "usage: bench");
     }
-    REQUIRE_TYPE("bench 64 32 20 5\r", "bench: refused: bad disparities\r\n");
-    REQUIRE_TYPE("bench 64 32 16 6\r", "bench: refused: bad block_size\r\n");
-    REQUIRE_TYPE("bench 19 32 16 5\r", "bench: refused: bad width\r\n");
-    REQUIRE_TYPE("bench 64 4 16 5\r", "bench: refused: bad height\r\n");
-    REQUIRE_TYPE("bench 640 480 16 5\r", "bench: refused: a slot holds at most");
-    REQUIRE_TYPE("bench 61 33 16 5\r",
+    REQUIRE_TYPE("bench 64 32 20 5 sad\r", "bench: refused: bad disparities\r\n");
+    REQUIRE_TYPE("bench 64 32 16 6 sad\r", "bench: refused: bad block_size\r\n");
+    REQUIRE_TYPE("bench 19 32 16 5 sad\r", "bench: refused: bad width\r\n");
+    REQUIRE_TYPE("bench 64 4 16 5 sad\r", "bench: refused: bad height\r\n");
+    REQUIRE_TYPE("bench 640 480 16 5 sad\r", "bench: refused: a slot holds at most");
+    REQUIRE_TYPE("bench 61 33 16 5 sad\r",
         "bench: width=61 height=33 disparities=16 block_size=5 clocks=2013 first_row_clocks=183 crc32=0x");
+    REQUIRE_TYPE("bench 60 33 16 5 all\r", "clocks=1980 first_row_clocks=180 crc32=0x");
+    REQUIRE_TYPE("cpu_bench 61 33 16 5 sad\r", "cpu_bench: width=61 height=33 disparities=16 block_size=5 clocks=");
+    REQUIRE_TYPE("cpu_bench 700 9 64 5 sad\r", "cpu_bench: refused: bad width, the CPU has too little memory\r\n");
+    REQUIRE_TYPE("cpu_bench 61 33 16 5\r", "usage: cpu_bench");
     for (uint32_t i = 0; i < FRAME_POOL_SLOTS; i++) {
         REQUIRE(frame_pool_open(&app.pool, FRAME_OWNER_LINK, i, &settings, &frame[i]) == STATUS_OK);
     }
-    REQUIRE_TYPE("bench 64 32 16 5\r", "bench: refused: no slot is free\r\n");
+    REQUIRE_TYPE("bench 64 32 16 5 sad\r", "bench: refused: no slot is free\r\n");
     REQUIRE_TYPE("selftest\r", "selftest: refused: no slot is free\r\n");
 }
 
 static frame_t *load(uint32_t id)
 {
-    frame_settings_t settings = {.width = 40, .height = 20, .disparities = 16, .block_size = 5};
-    frame_t         *frame;
+    stereo_settings_t settings = stereo_settings_bare(&app.info.limits);
+    frame_t          *frame;
 
+    settings.width       = 40;
+    settings.height      = 20;
+    settings.disparities = 16;
+    settings.block_size  = 5;
     REQUIRE(frame_pool_open(&app.pool, FRAME_OWNER_LINK, id, &settings, &frame) == STATUS_OK);
     REQUIRE(frame_fill(frame) == STATUS_OK && frame_pool_start(&app.pool, frame) == STATUS_OK);
     return frame;
@@ -145,13 +155,13 @@ static void test_stuck(void)
 static void test_faults(void)
 {
     boot();
-    REQUIRE_TYPE("selftest\r", "selftest: passed, 3 frames");
+    REQUIRE_TYPE("selftest\r", "selftest: passed, 4 frames");
     fake_stereo.bus_error = true;
-    REQUIRE_TYPE("bench 64 32 16 5\r", "bench: FAILED: the matcher ended with error 2\r\n");
+    REQUIRE_TYPE("bench 64 32 16 5 sad\r", "bench: FAILED: the matcher ended with error 2\r\n");
     REQUIRE_TYPE("selftest\r", "selftest: FAILED: the matcher ended with error 2\r\n");
     fake_stereo.bus_error = false;
     fake_stereo.hang      = true;
-    REQUIRE_TYPE("bench 64 32 16 5\r", "bench: FAILED: the matcher did not finish in");
+    REQUIRE_TYPE("bench 64 32 16 5 sad\r", "bench: FAILED: the matcher did not finish in");
     REQUIRE_TYPE("stats\r", "matcher_timeouts: 1\r\n");
     REQUIRE_TYPE("stats\r", "frames_failed: 3\r\n");
     fake_stereo.hang = false;

@@ -16,7 +16,7 @@
 static uint8_t      memory[GUARD + (1 << 18) + GUARD];
 static frame_pool_t pool;
 
-static const frame_settings_t settings = {.width = 61, .height = 43, .disparities = 16, .block_size = 5};
+static const stereo_settings_t settings = {.width = 61, .height = 43, .disparities = 16, .block_size = 5};
 static const frame_result_t   good     = {.clocks = 1000, .first_row_clocks = 10};
 static const frame_result_t   bad      = {.error = ERROR_MATCHER, .detail = 2};
 
@@ -139,7 +139,7 @@ static void test_order(void)
 static void check_loading(uint32_t width, uint32_t height)
 {
     static uint8_t   image[2][1 << 16];
-    frame_settings_t size   = {.width = (uint16_t)width, .height = (uint16_t)height};
+    stereo_settings_t size   = {.width = (uint16_t)width, .height = (uint16_t)height};
     uint32_t         pixels = width * height;
     uint32_t         pitch  = (pixels + 1023) / 1024 * 1024;
     uint32_t         chunks = 2 * pitch / 1024;
@@ -212,7 +212,7 @@ static void test_capacity(void)
 {
     for (size_t size = 4 * 4160; size < 4 * 4160 + 40000; size += 61) {
         for (unsigned slots = 1; slots <= 4; slots++) {
-            frame_settings_t most = {.height = 1};
+            stereo_settings_t most = {.height = 1};
             frame_t         *frame;
 
             set_up(size, slots);
@@ -241,7 +241,7 @@ static void test_capacity(void)
 
 static void test_bad_arguments(void)
 {
-    frame_settings_t empty = {.width = 0, .height = 9};
+    stereo_settings_t empty = {.width = 0, .height = 9};
     frame_t         *frame;
 
     REQUIRE(frame_pool_init(NULL, memory, 1 << 16, 1) == STATUS_BAD_ARGUMENT);
@@ -252,7 +252,7 @@ static void test_bad_arguments(void)
     REQUIRE(frame_pool_init(&pool, memory, 0, 1) != STATUS_OK);
     set_up(1 << 18, 2);
     REQUIRE(frame_pool_open(&pool, FRAME_OWNER_LINK, 1, &empty, &frame) == STATUS_SIZE);
-    empty = (frame_settings_t){.width = 65535, .height = 65535};
+    empty = (stereo_settings_t){.width = 65535, .height = 65535};
     REQUIRE(frame_pool_open(&pool, FRAME_OWNER_LINK, 1, &empty, &frame) == STATUS_SIZE);
 }
 

@@ -26,7 +26,7 @@ static void test_hello(void)
     REQUIRE(get_u16(reply.payload + 8) == 0x0203 && get_u16(reply.payload + 10) == 0x0405);
     REQUIRE(get_u16(reply.payload + 12) == 640 && get_u16(reply.payload + 14) == 480);
     REQUIRE(get_u16(reply.payload + 16) == 64 && reply.payload[18] == 5 && reply.payload[19] == 21);
-    REQUIRE(get_u32(reply.payload + 20) == 0x11223344 && get_u32(reply.payload + 24) == pool.max_pixels);
+    REQUIRE(get_u32(reply.payload + 20) == 0x112233ff && get_u32(reply.payload + 24) == pool.max_pixels);
     REQUIRE(get_u16(reply.payload + 28) == SLOTS && get_u16(reply.payload + 30) == 1024);
     REQUIRE(get_u32(reply.payload + 32) == 60000000);
     REQUIRE(memcmp(reply.payload + 36, "test\0\0\0\0\0\0\0\0\0\0\0\0", 16) == 0);
@@ -104,13 +104,13 @@ static void test_hello_takes_over(void)
     for (unsigned slot = 0; slot < SLOTS; slot++) {
         REQUIRE(pool.frame[slot].state == FRAME_EMPTY);
     }
-    REQUIRE(session.disparities == 64 && session.block_size == 9);
+    REQUIRE(session.settings.disparities == 64 && session.settings.block_size == 9);
 }
 
 /* The slots of the console are none of the link's business. */
 static void test_console_keeps_its_slot(void)
 {
-    frame_settings_t settings = {.width = 10, .height = 10};
+    stereo_settings_t settings = {.width = 10, .height = 10};
     frame_t         *frame;
 
     set_up();
@@ -211,7 +211,7 @@ static void test_configure(void)
 
     set_up();
     hello(1);
-    REQUIRE(session.disparities == 64 && session.block_size == 9);
+    REQUIRE(session.settings.disparities == 64 && session.settings.block_size == 9);
     REQUIRE(ask(TYPE_CONFIGURE, 0, 0, payload, 0) == 0x82 && reply.length == 0);
     for (int32_t value = -40; value < 300; value++) {
         bool disparities = value >= 16 && value <= 64 && value % 16 == 0;
@@ -228,26 +228,105 @@ static void test_configure(void)
             require_error(ERROR_RANGE, PARAMETER_BLOCK_SIZE);
         }
     }
-    REQUIRE(session.disparities == 64 && session.block_size == 21);
+    REQUIRE(session.settings.disparities == 64 && session.settings.block_size == 21);
     put_parameter(payload, PARAMETER_BLOCK_SIZE, 261);  /* 5 in its low byte. */
     ask(TYPE_CONFIGURE, 0, 0, payload, 8);
     require_error(ERROR_RANGE, PARAMETER_BLOCK_SIZE);
     put_parameter(payload, PARAMETER_DISPARITIES, 32);
-    put_parameter(payload + 8, 3, 1);
+    put_parameter(payload + 8, 11, 1);
     ask(TYPE_CONFIGURE, 0, 0, payload, 16);
-    require_error(ERROR_PARAMETER, 3);
-    REQUIRE(session.disparities == 64);  /* All are checked before one is set. */
+    require_error(ERROR_PARAMETER, 11);
+    put_parameter(payload + 8, 0, 1);
+    ask(TYPE_CONFIGURE, 0, 0, payload, 16);
+    require_error(ERROR_PARAMETER, 0);
+    REQUIRE(session.settings.disparities == 64);  /* All are checked before one is set. */
     put_parameter(payload + 8, PARAMETER_BLOCK_SIZE, 7);
-    REQUIRE(ask(TYPE_CONFIGURE, 0, 0, payload, 16) == 0x82 && session.disparities == 32 && session.block_size == 7);
+    REQUIRE(ask(TYPE_CONFIGURE, 0, 0, payload, 16) == 0x82);
+    REQUIRE(session.settings.disparities == 32 && session.settings.block_size == 7);
+}
+
+/* Smallest and largest value of each of the other parameters, and cv2.StereoBM's default, which a session begins with. */
+static const struct {
+    uint16_t parameter;
+    int32_t  least, most, usual;
+    uint32_t feature;
+} ranges[] = {
+    {PARAMETER_MIN_DISPARITY,     0,  255,     0,  STEREO_FEATURE_MIN_DISPARITY},
+    {PARAMETER_PREFILTER,         0,  1,       1,  STEREO_FEATURE_XSOBEL},
+    {PARAMETER_PREFILTER_CAP,     1,  63,      31, 0},
+    {PARAMETER_TEXTURE_THRESHOLD, 0,  0xfffff, 10, STEREO_FEATURE_TEXTURE},
+    {PARAMETER_UNIQUENESS_RATIO,  0,  100,     15, STEREO_FEATURE_UNIQUENESS},
+    {PARAMETER_DISP12_MAX_DIFF,   -1, 254,     -1, STEREO_FEATURE_LEFT_RIGHT},
+    {PARAMETER_SUBPIXEL,          0,  1,       1,  STEREO_FEATURE_SUBPIXEL},
+    {PARAMETER_MEDIAN,            0,  1,       0,  STEREO_FEATURE_MEDIAN},
+};
+
+static void test_ranges(void)
+{
+    uint8_t payload[8];
+
+    for (size_t i = 0; i < sizeof(ranges) / sizeof(ranges[0]); i++) {
+        uint16_t       parameter = ranges[i].parameter;
+        stereo_field_t field     = (stereo_field_t)(STEREO_FIELD_DISPARITIES + parameter - PARAMETER_DISPARITIES);
+        const int32_t  values[]  = {ranges[i].least, ranges[i].most, ranges[i].least - 1, ranges[i].most + 1,
+            ranges[i].most + 0x10000, INT32_MIN, INT32_MAX};
+
+        set_up();
+        hello(1);
+        REQUIRE(stereo_settings_get(&session.settings, field) == ranges[i].usual);
+        for (size_t j = 0; j < sizeof(values) / sizeof(values[0]); j++) {
+            put_parameter(payload, parameter, values[j]);
+            ask(TYPE_CONFIGURE, 0, 0, payload, 8);
+            if (j < 2) {
+                REQUIRE(reply.type == 0x82 && stereo_settings_get(&session.settings, field) == values[j]);
+            } else {
+                require_error(ERROR_RANGE, parameter);
+            }
+        }
+    }
+}
+
+/* What is not built is refused by another code than what is out of range, and is off when a session begins. */
+static void test_features(void)
+{
+    device_info_t usual = device_info;
+    uint8_t       payload[8];
+
+    for (size_t i = 0; i < sizeof(ranges) / sizeof(ranges[0]); i++) {
+        uint16_t parameter = ranges[i].parameter;
+
+        if (ranges[i].feature == 0) {
+            continue;
+        }
+        device_info.limits.features = 0xff & ~ranges[i].feature;
+        set_up();
+        hello(1);
+        REQUIRE(stereo_settings_check(&session.settings, &device_info.limits) == STEREO_FIELD_NONE);
+        put_parameter(payload, parameter, ranges[i].most);
+        ask(TYPE_CONFIGURE, 0, 0, payload, 8);
+        require_error(ERROR_FEATURE, parameter);
+        put_parameter(payload, parameter, ranges[i].most + 1);
+        ask(TYPE_CONFIGURE, 0, 0, payload, 8);
+        require_error(ERROR_RANGE, parameter);
+        put_parameter(payload, parameter, ranges[i].least);
+        REQUIRE(ask(TYPE_CONFIGURE, 0, 0, payload, 8) == 0x82);
+    }
+    device_info.limits.features = STEREO_FEATURE_XSOBEL;
+    set_up();
+    hello(1);
+    put_parameter(payload, PARAMETER_PREFILTER, 0);
+    ask(TYPE_CONFIGURE, 0, 0, payload, 8);
+    require_error(ERROR_FEATURE, PARAMETER_PREFILTER);
+    device_info = usual;
 }
 
 static void test_small_device(void)
 {
     device_info_t usual = device_info;
 
-    device_info.max_block_size = 7;
+    device_info.limits.max_block_size = 7;
     set_up();
-    REQUIRE(session.block_size == 7);
+    REQUIRE(session.settings.block_size == 7);
     device_info = usual;
 }
 
@@ -274,6 +353,8 @@ int main(void)
     test_version_and_type();
     test_lengths();
     test_configure();
+    test_ranges();
+    test_features();
     test_small_device();
     test_statistics();
     return 0;

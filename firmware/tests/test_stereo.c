@@ -22,6 +22,8 @@ static uint8_t *address(uintptr_t value)
     return (uint8_t *)value;
 }
 
+static uint32_t features = 0xff;
+
 static void expect_capabilities(uint32_t version, uint32_t width, uint32_t disparities, uint32_t sizes,
     uint32_t alignment)
 {
@@ -29,7 +31,7 @@ static void expect_capabilities(uint32_t version, uint32_t width, uint32_t dispa
     expect_read("version", version);
     expect_read("max_width", width);
     expect_read("max_disparities", disparities);
-    expect_read("features", 0x5);
+    expect_read("features", features);
     expect_read("dma_alignment", alignment);
 }
 
@@ -45,7 +47,11 @@ static void set_up(void)
     require_all_done();
     job = (stereo_job_t){
         .left = address(0x40010000), .right = address(0x40020000), .map = address(0x40030000),
-        .width = 320, .height = 240, .disparities = 32, .block_size = 9,
+        .settings = {
+            .width = 320, .height = 240, .disparities = 32, .block_size = 9, .min_disparity = 4, .xsobel = true,
+            .prefilter_cap = 31, .texture_threshold = 0x12345, .uniqueness_ratio = 15, .disp12_max_diff = -1,
+            .subpixel = true,
+        },
     };
 }
 
@@ -59,6 +65,13 @@ static void expect_submission(void)
     expect_write("height", 240);
     expect_write("disparities", 32);
     expect_write("block_size", 9);
+    expect_write("min_disparity", 4);
+    expect_write("prefilter_cap", 31);
+    expect_write("texture_threshold", 0x12345);
+    expect_write("uniqueness_ratio", 15);
+    expect_write("disp12_max_diff", job.settings.disp12_max_diff < 0 ? 255 : (uint32_t)job.settings.disp12_max_diff);
+    expect_write("options", (job.settings.xsobel ? 1 : 0) | (job.settings.subpixel ? 2 : 0)
+        | (job.settings.median ? 4 : 0));
     expect_write("ev_pending", 3);
     expect_call("memory_to_device");
     expect_write("control", 1);
@@ -95,8 +108,8 @@ static void test_init(void)
     }
     set_up();
     REQUIRE(stereo.capabilities.version == 0x0102 && stereo.capabilities.max_width == 640);
-    REQUIRE(stereo.capabilities.max_disparities == 64 && stereo.capabilities.features == 5);
-    REQUIRE(stereo.capabilities.min_block_size == 5 && stereo.capabilities.max_block_size == 21);
+    REQUIRE(stereo.capabilities.limits.max_disparities == 64 && stereo.capabilities.limits.features == 0xff);
+    REQUIRE(stereo.capabilities.limits.min_block_size == 5 && stereo.capabilities.limits.max_block_size == 21);
     REQUIRE(stereo.capabilities.dma_alignment == 16 && stereo.capabilities.max_height == 4095);
     /* A matcher that runs when the firmware starts is stopped first. */
     expect_capabilities(1, 640, 64, 21 << 8 | 5, 16);
@@ -120,20 +133,28 @@ static void test_check(void)
         uintptr_t      value;
     } wrong[] = {
 #define FIELD(name) offsetof(stereo_job_t, name), sizeof(job.name)
+#define SETTING(name) FIELD(settings.name)
         {STEREO_FIELD_LEFT, FIELD(left), 0},
         {STEREO_FIELD_LEFT, FIELD(left), 0x40000008},
         {STEREO_FIELD_RIGHT, FIELD(right), 0x40000001},
         {STEREO_FIELD_MAP, FIELD(map), 0x40000004},
-        {STEREO_FIELD_DISPARITIES, FIELD(disparities), 0},
-        {STEREO_FIELD_DISPARITIES, FIELD(disparities), 24},
-        {STEREO_FIELD_DISPARITIES, FIELD(disparities), 80},
-        {STEREO_FIELD_BLOCK_SIZE, FIELD(block_size), 3},
-        {STEREO_FIELD_BLOCK_SIZE, FIELD(block_size), 8},
-        {STEREO_FIELD_BLOCK_SIZE, FIELD(block_size), 23},
-        {STEREO_FIELD_WIDTH, FIELD(width), 39},
-        {STEREO_FIELD_WIDTH, FIELD(width), 641},
-        {STEREO_FIELD_HEIGHT, FIELD(height), 8},
-        {STEREO_FIELD_HEIGHT, FIELD(height), 4096},
+        {STEREO_FIELD_DISPARITIES, SETTING(disparities), 0},
+        {STEREO_FIELD_DISPARITIES, SETTING(disparities), 24},
+        {STEREO_FIELD_DISPARITIES, SETTING(disparities), 80},
+        {STEREO_FIELD_BLOCK_SIZE, SETTING(block_size), 3},
+        {STEREO_FIELD_BLOCK_SIZE, SETTING(block_size), 8},
+        {STEREO_FIELD_BLOCK_SIZE, SETTING(block_size), 23},
+        {STEREO_FIELD_PREFILTER_CAP, SETTING(prefilter_cap), 0},
+        {STEREO_FIELD_PREFILTER_CAP, SETTING(prefilter_cap), 64},
+        {STEREO_FIELD_TEXTURE_THRESHOLD, SETTING(texture_threshold), 0x100000},
+        {STEREO_FIELD_UNIQUENESS_RATIO, SETTING(uniqueness_ratio), 101},
+        {STEREO_FIELD_DISP12_MAX_DIFF, SETTING(disp12_max_diff), (uint16_t)-2},
+        {STEREO_FIELD_DISP12_MAX_DIFF, SETTING(disp12_max_diff), 255},
+        {STEREO_FIELD_WIDTH, SETTING(width), 43},
+        {STEREO_FIELD_WIDTH, SETTING(width), 641},
+        {STEREO_FIELD_HEIGHT, SETTING(height), 8},
+        {STEREO_FIELD_HEIGHT, SETTING(height), 4096},
+#undef SETTING
 #undef FIELD
     };
 
@@ -146,10 +167,71 @@ static void test_check(void)
     REQUIRE(stereo_submit(NULL, &job, 0) == STATUS_BAD_ARGUMENT);
     REQUIRE(stereo_submit(&stereo, NULL, 0) == STATUS_BAD_ARGUMENT);
     set_up();
-    job.width  = 40;
-    job.height = 9;
+    job.settings.width  = 44;
+    job.settings.height = 9;
     REQUIRE(stereo_check(&stereo, &job) == STEREO_FIELD_NONE);
     REQUIRE(strcmp(stereo_field_name(STEREO_FIELD_BLOCK_SIZE), "block_size") == 0);
+}
+
+/* A stage that is not built is missed by the first setting that needs it. */
+static void test_features(void)
+{
+    static const struct {
+        uint32_t       features;
+        stereo_field_t field;
+    } missing[] = {
+        {0xff & ~STEREO_FEATURE_XSOBEL,        STEREO_FIELD_PREFILTER},
+        {0xff & ~STEREO_FEATURE_TEXTURE,       STEREO_FIELD_TEXTURE_THRESHOLD},
+        {0xff & ~STEREO_FEATURE_UNIQUENESS,    STEREO_FIELD_UNIQUENESS_RATIO},
+        {0xff & ~STEREO_FEATURE_SUBPIXEL,      STEREO_FIELD_SUBPIXEL},
+        {0xff & ~STEREO_FEATURE_MIN_DISPARITY, STEREO_FIELD_MIN_DISPARITY},
+        {0xff & ~STEREO_FEATURE_LEFT_RIGHT,    STEREO_FIELD_DISP12_MAX_DIFF},
+        {0xff & ~STEREO_FEATURE_MEDIAN,        STEREO_FIELD_MEDIAN},
+        {0xff & ~STEREO_FEATURE_RAW,           STEREO_FIELD_NONE},
+    };
+
+    for (size_t i = 0; i < sizeof(missing) / sizeof(missing[0]); i++) {
+        features = missing[i].features;
+        set_up();
+        job.settings.disp12_max_diff = 0;
+        job.settings.median          = true;
+        REQUIRE(stereo_check(&stereo, &job) == missing[i].field);
+        /* Its own defaults suit every device. */
+        job.settings        = stereo_settings_default(&stereo.capabilities.limits);
+        job.settings.width  = 320;
+        job.settings.height = 240;
+        REQUIRE(stereo_check(&stereo, &job) == STEREO_FIELD_NONE);
+        job.settings        = stereo_settings_bare(&stereo.capabilities.limits);
+        job.settings.width  = 320;
+        job.settings.height = 240;
+        REQUIRE(stereo_check(&stereo, &job) == STEREO_FIELD_NONE);
+        REQUIRE(job.settings.xsobel == ((features & STEREO_FEATURE_RAW) == 0));
+    }
+    features = STEREO_FEATURE_XSOBEL;
+    set_up();
+    job.settings        = stereo_settings_bare(&stereo.capabilities.limits);
+    job.settings.xsobel = false;
+    REQUIRE(stereo_check(&stereo, &job) == STEREO_FIELD_PREFILTER);
+    /* Neither prefilter nor none makes no sense. */
+    features = 0xfc;
+    expect_capabilities(1, 640, 64, 21 << 8 | 5, 16);
+    REQUIRE(stereo_init(&stereo) == STATUS_UNSUPPORTED);
+    require_all_done();
+    features = 0xff;
+    REQUIRE(strcmp(stereo_feature_name(0), "xsobel") == 0 && strcmp(stereo_feature_name(7), "median") == 0);
+}
+
+/* Every option has its bit, and the left-right check its switch. */
+static void test_options(void)
+{
+    for (unsigned bits = 0; bits < 16; bits++) {
+        set_up();
+        job.settings.xsobel          = (bits & 1) != 0;
+        job.settings.subpixel        = (bits & 2) != 0;
+        job.settings.median          = (bits & 4) != 0;
+        job.settings.disp12_max_diff = (bits & 8) != 0 ? 254 : -1;
+        submit(0);
+    }
 }
 
 static void test_done(void)
@@ -255,6 +337,8 @@ int main(void)
 {
     test_init();
     test_check();
+    test_features();
+    test_options();
     test_done();
     test_errors();
     test_watchdog();

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import argparse
 import os
+from collections.abc import Callable
 from typing import Any, NoReturn
 
 from ..errors import UsageError
@@ -51,16 +52,25 @@ def _url(text: str) -> str:
     return text
 
 
-def disparities(text: str) -> int:
-    """Argument type: a number of disparities."""
-    number = _integer(text)
-    return _checked(MatcherSettings, disparities=number).disparities
+def setting(name: str) -> Callable[[str], int]:
+    """Argument type: a whole number that `MatcherSettings` takes as `name`."""
+    def parse(text: str) -> int:
+        number = integer(text)
+        try:
+            MatcherSettings(**{name: number})  # type: ignore[arg-type]
+        except UsageError as error:
+            raise argparse.ArgumentTypeError(str(error)) from None
+        return number
+
+    return parse
 
 
-def block_size(text: str) -> int:
-    """Argument type: a block size."""
-    number = _integer(text)
-    return _checked(MatcherSettings, block_size=number).block_size
+def natural(text: str) -> int:
+    """Argument type: a whole number of at least 0."""
+    number = integer(text)
+    if number < 0:
+        raise argparse.ArgumentTypeError(f"must be a whole number of at least 0, not '{text}'")
+    return number
 
 
 def positive(text: str) -> float:
@@ -74,15 +84,9 @@ def positive(text: str) -> float:
     return number
 
 
-def _integer(text: str) -> int:
+def integer(text: str) -> int:
+    """Argument type: a whole number."""
     try:
         return int(text)
     except ValueError:
         raise argparse.ArgumentTypeError(f"must be a whole number, not '{text}'") from None
-
-
-def _checked(kind: type[MatcherSettings], **values: int) -> MatcherSettings:
-    try:
-        return kind(**values)
-    except UsageError as error:
-        raise argparse.ArgumentTypeError(str(error)) from None

@@ -13,6 +13,7 @@ import json
 
 from ..device import connect
 from ..devices.base import DeviceInfo
+from ..features import feature_names
 from .arguments import Parser, add_device, add_json
 
 _EPILOG = """\
@@ -51,5 +52,5 @@ def _text(info: DeviceInfo) -> str:
         lines.append(f"clock        {info.sys_clk_hz/1e6:g} MHz")
     if info.gateware_version:
         lines.append(f"versions     gateware {info.gateware_version}, firmware {info.firmware_version}")
-        lines.append(f"features     {info.features:#010x}")
+    lines.append(f"features     {', '.join(feature_names(info.features))}")
     return "\n".join(lines)

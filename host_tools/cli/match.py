@@ -25,8 +25,10 @@ from ..errors import ImageError
 from ..ground_truth import read_ground_truth
 from ..images import read_grey, write_disparity
 from ..metrics import Quality, rate
-from ..settings import DEFAULT_BLOCK_SIZE, DEFAULT_DISPARITIES, DISPARITY_STEP, MatcherSettings
-from .arguments import Parser, add_device, add_json, block_size, disparities, positive
+from ..settings import MatcherSettings
+from ..speckle import SpeckleFilter
+from .arguments import Parser, add_device, add_json, positive
+from .matching import add_settings, chosen_settings, chosen_speckle_filter
 
 #: Clock that frame rates are given for, so that simulations and boards can be compared.
 _RATE_CLOCK_HZ = 100_000_000
@@ -36,9 +38,10 @@ examples:
   litestereo match left.png right.png -o out --device model:
   litestereo match left.png right.png -o out --device tcp://127.0.0.1:2000 --disparities 32 --block-size 15
   litestereo match left.png right.png -o out --device cosim: --ground-truth truth.png --ground-truth-scale 4
+  litestereo match left.png right.png -o out --device model: --disp12-max-diff 1 --speckle-window 100 --speckle-range 2
 
 files written:
-  disparity.npy        int16, sixteenths of a pixel, -16 where there is no disparity
+  disparity.npy        int16, sixteenths of a pixel, (min_disparity - 1)*16 where there is no disparity
   disparity.pfm        float32, pixels, inf where there is none (Middlebury)
   disparity.png        16 bits, 256 times the disparity in pixels, 0 where there is none (KITTI)
   disparity_color.png  for viewing, black where there is none
@@ -54,18 +57,13 @@ def add_parser(commands: argparse._SubParsersAction[Parser]) -> None:
     parser.add_argument("-o", "--output", metavar="DIR", type=Path, required=True,
                         help="folder for the results, made if need be")
     add_device(parser)
-    parser.add_argument("--disparities", metavar="N", type=disparities,
-                        help=f"disparities searched, a multiple of {DISPARITY_STEP} (default: "
-                             f"{DEFAULT_DISPARITIES}, or the device's number if that is less)")
-    parser.add_argument("--block-size", metavar="N", type=block_size,
-                        help=f"side of the block in pixels, odd (default: {DEFAULT_BLOCK_SIZE}, or the "
-                             "device's largest if that is less)")
     parser.add_argument("--ground-truth", metavar="FILE", type=Path,
                         help="true disparities to rate the map by: PNG, PFM, .npy or .npz (default: none)")
     parser.add_argument("--ground-truth-scale", metavar="S", type=positive,
                         help="what the file's values are divided by to become pixels (default: 256 for "
                              "16-bit images, else 1)")
     add_json(parser)
+    add_settings(parser)
     parser.set_defaults(run=run)
 
 
@@ -84,13 +82,11 @@ def run(options: argparse.Namespace) -> int:
     if options.output.exists() and not options.output.is_dir():
         raise ImageError(f"{options.output}: is a file, the results need a folder")
     if None not in (options.disparities, options.block_size):
-        check_minimum_size(width, height, MatcherSettings(options.disparities, options.block_size))
+        check_minimum_size(width, height, chosen_settings(options, MatcherSettings()))
 
     with connect(options.device) as device:
         info     = device.info()
-        default  = info.default_settings()
-        settings = MatcherSettings(options.disparities or default.disparities,
-                                   options.block_size or default.block_size)
+        settings = chosen_settings(options, info.default_settings())
         info.check(width, height, settings)
         for notice in left_notices + right_notices:
             print(f"litestereo: note: {notice}", file=sys.stderr)
@@ -99,9 +95,11 @@ def run(options: argparse.Namespace) -> int:
         with rich.progress.Progress(console=terminal, transient=True, disable=hidden) as bars:
             result = device.compute(left, right, settings, _ProgressBars(bars))
 
-    files   = write_disparity(options.output, result.disparity, settings.disparities)
-    quality = None if truth is None else rate(result.disparity, truth)
-    summary = _summary(info, result, files, quality)
+    speckle = chosen_speckle_filter(options)
+    result  = dataclasses.replace(result, disparity=speckle.apply(result.disparity, settings))
+    files   = write_disparity(options.output, result.disparity, settings)
+    quality = None if truth is None else rate(result.disparity, truth, settings.invalid)
+    summary = _summary(info, result, speckle, files, quality)
     print(json.dumps(summary, indent=2) if options.json else _text(summary))
     return 0
 
@@ -119,7 +117,8 @@ class _ProgressBars:
         self._bars.update(self._tasks[phase], completed=done)
 
 
-def _summary(info: DeviceInfo, result: Result, files: list[Path], quality: Quality | None) -> dict[str, Any]:
+def _summary(info: DeviceInfo, result: Result, speckle: SpeckleFilter, files: list[Path],
+             quality: Quality | None) -> dict[str, Any]:
     """Everything that is worth knowing of a match, as JSON has it."""
     pixels: NDArray[Any] = result.disparity
     height, width = pixels.shape
@@ -128,8 +127,9 @@ def _summary(info: DeviceInfo, result: Result, files: list[Path], quality: Quali
         "device":           info.name,
         "width":            width,
         "height":           height,
-        "disparities":      result.settings.disparities,
-        "block_size":       result.settings.block_size,
+        **dataclasses.asdict(result.settings),
+        "speckle_window":   speckle.window,
+        "speckle_range":    speckle.range,
         "clocks":           clocks,
         "first_row_clocks": result.first_row_clocks,
         "clocks_per_pixel": clocks/(width*height) if clocks else None,

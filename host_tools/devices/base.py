@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ImageError, UnsupportedError
+from ..features import ALL_FEATURES, DESCRIPTIONS, Feature
 from ..settings import DEFAULT_BLOCK_SIZE, DEFAULT_DISPARITIES, MatcherSettings
 
 #: Receives the phase ("upload", "match" or "download"), the steps done and the steps in all.
@@ -40,14 +41,20 @@ class DeviceInfo:
     max_block_size:   int
     slots:            int = 1
     sys_clk_hz:       int = 0
-    features:         int = 0
+    features:         int = int(ALL_FEATURES)
     gateware_version: str = ""
     firmware_version: str = ""
 
     def default_settings(self) -> MatcherSettings:
-        """64 disparities and block size 9, or what the device has if that is less."""
-        return MatcherSettings(min(DEFAULT_DISPARITIES, self.max_disparities),
-                               min(DEFAULT_BLOCK_SIZE, self.max_block_size))
+        """64 disparities, block size 9, cv2.StereoBM's defaults, or what the device has if that is less."""
+        settings = MatcherSettings(min(DEFAULT_DISPARITIES, self.max_disparities),
+                                   min(DEFAULT_BLOCK_SIZE, self.max_block_size))
+        return settings.without(self.missing_features)
+
+    @property
+    def missing_features(self) -> Feature:
+        """Stages that the device was not built with."""
+        return ALL_FEATURES & ~Feature(self.features & ALL_FEATURES)
 
     def check(self, width: int, height: int, settings: MatcherSettings) -> None:
         """Checks that the device can match images of `width` x `height` pixels with `settings`.
@@ -55,7 +62,7 @@ class DeviceInfo:
         Raises
         ------
         UnsupportedError
-            The device was not built for that many disparities or that block size.
+            The device was not built for that many disparities, that block size, or a stage.
         ImageError
             The images are too large for the device, or too small for the settings.
         """
@@ -65,6 +72,9 @@ class DeviceInfo:
         if not self.min_block_size <= settings.block_size <= self.max_block_size:
             raise UnsupportedError(f"{self.name} has block sizes from {self.min_block_size} to "
                                    f"{self.max_block_size}, not {settings.block_size}")
+        for feature in settings.features & self.missing_features:
+            raise UnsupportedError(f"{self.name} was built without {DESCRIPTIONS[feature]}: "
+                                   "switch it off, or use a device that has it, see `litestereo info`")
         if width > self.max_width or height > self.max_height or width*height > self.max_pixels:
             raise ImageError(f"images of {width}x{height} pixels are too large for {self.name}: at most "
                              f"{self.max_width}x{self.max_height} and {self.max_pixels} pixels in all")
@@ -75,8 +85,9 @@ def check_minimum_size(width: int, height: int, settings: MatcherSettings) -> No
     """Raises ImageError if images of `width` x `height` pixels have no pixel that can get a disparity."""
     min_width, min_height = settings.minimum_size
     if width < min_width or height < min_height:
+        shifted = f" from {settings.min_disparity} on" if settings.min_disparity else ""
         raise ImageError(f"images of {width}x{height} pixels are too small for {settings.disparities} "
-                         f"disparities and block size {settings.block_size}: at least "
+                         f"disparities{shifted} and block size {settings.block_size}: at least "
                          f"{min_width}x{min_height}")
 
 
@@ -95,9 +106,9 @@ def check_pair(left: NDArray[np.uint8], right: NDArray[np.uint8]) -> None:
 class Result:
     """A matched pair.
 
-    `disparity` is int16, H x W, in sixteenths of a pixel, -16 where there is none. `clocks` counts from the
-    start to the last write, `first_row_clocks` to the end of the first row that has disparities; both are
-    None where nothing counts clocks. The seconds are wall-clock time of this host.
+    `disparity` is int16, H x W, in sixteenths of a pixel, `settings.invalid` where there is none. `clocks`
+    counts from the start to the last write, `first_row_clocks` to the end of the first row that has
+    disparities; both are None where nothing counts clocks. The seconds are wall-clock time of this host.
     """
 
     disparity:        NDArray[np.int16]

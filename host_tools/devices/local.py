@@ -11,12 +11,13 @@ import importlib
 import subprocess
 import time
 from collections.abc import Iterable, Iterator
+from dataclasses import asdict
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import DeviceError
+from ..errors import DeviceError, UrlError
 from ..settings import DEFAULT_DISPARITIES, DISPARITY_STEP, MIN_BLOCK_SIZE, MatcherSettings
 from ..urls import DeviceUrl
 from .base import Device, DeviceInfo, Pair, Progress, Result, check_pair
@@ -37,8 +38,7 @@ Matched = tuple[NDArray[np.int16], int | None, int | None]
 class Matcher(Protocol):
     """A matcher in this process."""
 
-    def match(self, left: NDArray[np.uint8], right: NDArray[np.uint8], disparities: int,
-              block_size: int) -> Matched:
+    def match(self, left: NDArray[np.uint8], right: NDArray[np.uint8], settings: MatcherSettings) -> Matched:
         """Disparity map (int16, H x W, sixteenths of a pixel), clocks, and clocks of the first row."""
 
     def close(self) -> None:
@@ -49,15 +49,34 @@ class ModelMatcher:
     """The reference model in NumPy, which counts no clocks."""
 
     def __init__(self) -> None:
-        self._model = importlib.import_module("litestereo.sim.model")
+        self._model = importlib.import_module("litestereo.sim.stereobm")
 
-    def match(self, left: NDArray[np.uint8], right: NDArray[np.uint8], disparities: int,
-              block_size: int) -> Matched:
+    def match(self, left: NDArray[np.uint8], right: NDArray[np.uint8], settings: MatcherSettings) -> Matched:
         """Disparity map of a pair, and no clocks."""
-        return self._model.match(left, right, disparities, block_size), None, None
+        return self._model.stereo_bm(left, right, self._model.StereoSettings(**asdict(settings))), None, None
 
     def close(self) -> None:
         """Nothing is held."""
+
+
+class GatewareMatcher:
+    """The gateware's Verilog in Verilator; raises as `sim.cosim.CosimMatcher` does."""
+
+    def __init__(self, max_width: int, disparities: int, max_block_size: int) -> None:
+        self._model   = importlib.import_module("litestereo.sim.stereobm")
+        cosim         = importlib.import_module("litestereo.sim.cosim")
+        self._matcher = cosim.CosimMatcher(max_width=max_width, disparities=disparities,
+                                           max_block_size=max_block_size)
+        self.features = int(self._matcher.features)
+
+    def match(self, left: NDArray[np.uint8], right: NDArray[np.uint8], settings: MatcherSettings) -> Matched:
+        """Disparity map of a pair, and exact clocks."""
+        matched: Matched = self._matcher.match_settings(left, right, self._model.StereoSettings(**asdict(settings)))
+        return matched
+
+    def close(self) -> None:
+        """Frees the model of the gateware."""
+        self._matcher.close()
 
 
 class LocalDevice(Device):
@@ -83,8 +102,7 @@ class LocalDevice(Device):
                 progress("match", 0, 1)
             begin = time.monotonic()
             try:
-                disparity, clocks, first_row_clocks = self._matcher.match(left, right, settings.disparities,
-                                                                          settings.block_size)
+                disparity, clocks, first_row_clocks = self._matcher.match(left, right, settings)
             except (OSError, RuntimeError) as error:
                 raise DeviceError(f"{self._info.url} failed: {one_line(error)}") from error
             seconds = time.monotonic() - begin
@@ -111,6 +129,22 @@ def one_line(error: BaseException) -> str:
     return " ".join(str(error).split()) or type(error).__name__
 
 
+def _disparities(url: DeviceUrl, default: int) -> int:
+    """The URL's number of disparities; raises UrlError if it is no multiple of 16."""
+    number = url.integer("disparities", default, DISPARITY_STEP)
+    if number % DISPARITY_STEP:
+        raise UrlError(f"{url.text}: disparities must be a multiple of {DISPARITY_STEP}, not {number}")
+    return number
+
+
+def _block_size(url: DeviceUrl, default: int) -> int:
+    """The URL's largest block size; raises UrlError if it is not odd."""
+    number = url.integer("max_block_size", default, MIN_BLOCK_SIZE)
+    if number % 2 == 0:
+        raise UrlError(f"{url.text}: max_block_size must be odd, not {number}")
+    return number
+
+
 def open_model(url: DeviceUrl) -> LocalDevice:
     """The device `model:`; raises UrlError if an option is wrong."""
     url.check_options("disparities", "max_width", "max_block_size")
@@ -121,9 +155,9 @@ def open_model(url: DeviceUrl) -> LocalDevice:
         max_width       = width,
         max_height      = _MODEL_MAX_SIZE,
         max_pixels      = width*_MODEL_MAX_SIZE,
-        max_disparities = url.integer("disparities", _MODEL_MAX_DISPARITIES, DISPARITY_STEP),
+        max_disparities = _disparities(url, _MODEL_MAX_DISPARITIES),
         min_block_size  = MIN_BLOCK_SIZE,
-        max_block_size  = url.integer("max_block_size", _MODEL_MAX_BLOCK_SIZE, MIN_BLOCK_SIZE),
+        max_block_size  = _block_size(url, _MODEL_MAX_BLOCK_SIZE),
     )
     return LocalDevice(info, ModelMatcher())
 
@@ -132,11 +166,10 @@ def open_cosim(url: DeviceUrl) -> LocalDevice:
     """The device `cosim:`; raises UrlError if an option is wrong, DeviceError if it cannot be built."""
     url.check_options("disparities", "max_width", "max_block_size")
     width       = url.integer("max_width", _COSIM_MAX_WIDTH)
-    disparities = url.integer("disparities", DEFAULT_DISPARITIES, DISPARITY_STEP)
-    block_size  = url.integer("max_block_size", _COSIM_MAX_BLOCK_SIZE, MIN_BLOCK_SIZE)
+    disparities = _disparities(url, DEFAULT_DISPARITIES)
+    block_size  = _block_size(url, _COSIM_MAX_BLOCK_SIZE)
     try:
-        cosim   = importlib.import_module("litestereo.sim.cosim")
-        matcher = cosim.CosimMatcher(max_width=width, disparities=disparities, max_block_size=block_size)
+        matcher = GatewareMatcher(width, disparities, block_size)
     except (ImportError, OSError, RuntimeError, ValueError, subprocess.SubprocessError) as error:
         raise DeviceError(f"{url.text} cannot be built: {one_line(error)}") from error
     info = DeviceInfo(
@@ -148,5 +181,6 @@ def open_cosim(url: DeviceUrl) -> LocalDevice:
         max_disparities = disparities,
         min_block_size  = MIN_BLOCK_SIZE,
         max_block_size  = block_size,
+        features        = matcher.features,
     )
     return LocalDevice(info, matcher)

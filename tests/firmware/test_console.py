@@ -5,6 +5,7 @@
 
 """The pattern that the console's bench matches can be made anew from its description."""
 
+import dataclasses
 import re
 import socket
 import time
@@ -14,6 +15,8 @@ import numpy as np
 import pytest
 
 from litestereo.sim import model
+from litestereo.sim.bench import ALL_STAGES
+from litestereo.sim.stereobm import stereo_bm
 from support.native_device import native_device
 
 
@@ -42,21 +45,28 @@ def command(port, line, until):
 
 @pytest.mark.parametrize(("width", "height", "disparities", "block_size"), [
     (61, 33, 16, 5),
-    (160, 120, 64, 9),
+    (160, 40, 64, 9),
 ])
-def test_bench_matches_the_documented_pattern(width, height, disparities, block_size):
+@pytest.mark.parametrize("name", ["bench", "cpu_bench"])
+@pytest.mark.parametrize("stages", ["sad", "all"])
+def test_bench_matches_the_documented_pattern(width, height, disparities, block_size, name, stages):
+    """On the accelerator and on the CPU, with no stage and with all."""
     with native_device() as port:
-        found = command(port, f"bench {width} {height} {disparities} {block_size}",
-                        r"bench: width=(\d+) height=(\d+) disparities=(\d+) block_size=(\d+) clocks=(\d+) "
+        found = command(port, f"{name} {width} {height} {disparities} {block_size} {stages}",
+                        name + r": width=(\d+) height=(\d+) disparities=(\d+) block_size=(\d+) clocks=(\d+) "
                         r"first_row_clocks=(\d+) crc32=0x([0-9a-f]{8})\r\n")
     assert [int(value) for value in found.groups()[:4]] == [width, height, disparities, block_size]
-    expected = model.match(pattern(width, height, 1), pattern(width, height, 2), disparities, block_size)
+    pair = pattern(width, height, 1), pattern(width, height, 2)
+    if stages == "sad":
+        expected = model.match(*pair, disparities, block_size)
+    else:
+        expected = stereo_bm(*pair, dataclasses.replace(ALL_STAGES, disparities=disparities, block_size=block_size))
     assert int(found[7], 16) == zlib.crc32(expected.astype("<i2").tobytes())
 
 
 def test_selftest_on_the_console():
     with native_device() as port:
-        assert command(port, "selftest", r"selftest: passed, (\d+) frames")[1] == "3"
+        assert command(port, "selftest", r"selftest: passed, (\d+) frames")[1] == "4"
     with native_device("--bus-error") as port:
         command(port, "selftest", r"selftest: FAILED: the matcher ended with error 2")
     with native_device("--hang-matcher") as port:

@@ -12,6 +12,8 @@ import pytest
 from litedram.common import LiteDRAMNativePort
 from litex.soc.interconnect import wishbone
 
+from litestereo.gateware.frame_settings import NO_CHECK, frame_settings
+from litestereo.gateware.parameters import FEATURES
 from litestereo.gateware.peripheral import (
     ERROR_ABORTED,
     ERROR_BUS,
@@ -19,14 +21,33 @@ from litestereo.gateware.peripheral import (
     ERROR_NONE,
     StereoPeripheral,
 )
-from litestereo.sim.model import match
 from litestereo.sim.pin_core import PinCore
+from litestereo.sim.stereobm import StereoSettings, stereo_bm
 from support.memory import Memory, port_pins, slave
 from support.pairs import byte_generator, textured_pair
 
 MAX_WIDTH, DISPARITIES, MAX_BLOCK = 48, 16, 9
 MEMORY_BYTES = 1 << 15
-SETTINGS     = ("left_base", "right_base", "disparity_base", "width", "height", "disparities", "block_size")
+SETTINGS     = [name for name, _ in frame_settings()]
+BASES        = ("left_base", "right_base", "disparity_base")
+
+
+def registers(width, height, settings):
+    """What the registers hold for a frame, but for its addresses."""
+    return {
+        "width":             width,
+        "height":            height,
+        "disparities":       settings.disparities,
+        "block_size":        settings.block_size,
+        "min_disparity":     settings.min_disparity,
+        "prefilter_cap":     settings.prefilter_cap,
+        "texture_threshold": settings.texture_threshold,
+        "uniqueness_ratio":  settings.uniqueness_ratio,
+        "disp12_max_diff":   settings.disp12_max_diff if settings.disp12_max_diff >= 0 else NO_CHECK,
+        "xsobel":            int(settings.prefilter == "xsobel"),
+        "subpixel":          int(settings.subpixel),
+        "median":            int(settings.median),
+    }
 
 
 def wishbone_port(width):
@@ -47,10 +68,10 @@ PORTS = {
 
 class Bench:
     """The peripheral with memory behind its ports, and a frame's life seen from its registers."""
-    def __init__(self, kind, rng):
+    def __init__(self, kind, rng, features=FEATURES):
         ports    = dict(zip(("read", "write"), PORTS[kind](), strict=True))
         self.dut = dut = StereoPeripheral(ports["read"], ports["write"], MAX_WIDTH, DISPARITIES, MAX_BLOCK,
-                                          burst_bytes=64, with_csr=False)
+                                          features, burst_bytes=64, with_csr=False)
         inputs   = {name: getattr(dut, name) for name in (*SETTINGS, "start", "abort")}
         outputs  = {name: getattr(dut, name)
                     for name in ("busy", "done", "failed", "error_code", "clocks", "first_row_clocks", "frames")}
@@ -72,8 +93,25 @@ class Bench:
         self.clocks += 1
         return events
 
-    def begin(self, width, height, block_size=5, changes=None):
+    def draw(self, width, block_size):
+        """Any settings that suit the size."""
+        room = width - DISPARITIES - block_size + 1
+        return StereoSettings(
+            disparities       = DISPARITIES,
+            block_size        = block_size,
+            min_disparity     = self.rng.randint(0, min(room, 3)),
+            prefilter         = self.rng.choice(["xsobel", "none"]),
+            prefilter_cap     = self.rng.randint(1, 63),
+            texture_threshold = self.rng.choice([0, 300]),
+            uniqueness_ratio  = self.rng.choice([0, 20]),
+            disp12_max_diff   = self.rng.choice([-1, 0, 2]),
+            subpixel          = self.rng.random() < 0.5,
+            median            = self.rng.random() < 0.5,
+        )
+
+    def begin(self, width, height, block_size=5, changes=None, settings=None):
         """Lay out a pair in memory and start; returns the expected map and where it goes."""
+        settings = settings or self.draw(width, block_size)
         pixels = width*height
         step   = self.dut.alignment
         places = [128*step, 128*step + 4096, 128*step + 8192 + step*self.rng.randrange(8)]
@@ -82,10 +120,10 @@ class Bench:
             self.memory.bytes[base:base + pixels] = image.tobytes()
         self.memory.reads.clear()
         self.memory.writes.clear()
-        settings = dict(zip(SETTINGS, (*places, width, height, DISPARITIES, block_size), strict=True)) | (changes or {})
-        self.core.set(**settings)
+        self.core.set(**dict(zip(BASES, places, strict=True)), **registers(width, height, settings))
+        self.core.set(**(changes or {}))
         self.pulse("start")
-        return match(*pair, DISPARITIES, block_size) if not changes else None, places
+        return stereo_bm(*pair, settings) if not changes else None, places
 
     def pulse(self, name):
         self.core.set(**{name: 1})
@@ -205,25 +243,68 @@ def test_settings_of_the_next_frame(bench):
         expected, places = bench.begin(33, 11, 7)
         before = bytes(bench.memory.bytes)
         events = [event for _ in range(bench.rng.randrange(300)) for event in bench.clock()]
-        bench.core.set(left_base=0, right_base=0, disparity_base=0, width=20 + turn, height=6, block_size=5)
+        bench.core.set(left_base=0, right_base=0, disparity_base=0, **registers(20 + turn, 6, bench.draw(20 + turn, 5)))
         assert (events or bench.end()) == ["done"]
         bench.check_result(expected, places, before)
+
+
+PLAIN = StereoSettings(DISPARITIES, 5, disp12_max_diff=1)
+
+
+def check_refused(bench, changes):
+    """A frame is refused before memory is touched, and the next one is right."""
+    bench.begin(30, 8, changes=changes, settings=PLAIN)
+    assert bench.end(100) == ["failed"]
+    assert bench.core.get("error_code") == ERROR_CONFIG
+    assert not bench.memory.reads and not bench.memory.writes
+    bench.check_frame(30, 8)
 
 
 @pytest.mark.parametrize("changes", [
     {"width": 0}, {"width": 19}, {"width": MAX_WIDTH + 1}, {"width": 0xffff}, {"height": 0}, {"height": 4},
     {"height": 4096}, {"disparities": 0}, {"disparities": 8}, {"disparities": 32}, {"block_size": 0}, {"block_size": 3},
     {"block_size": 4}, {"block_size": 6}, {"block_size": 11}, {"left_base": 2}, {"right_base": 129},
-    {"disparity_base": 1},
+    {"disparity_base": 1}, {"min_disparity": 11}, {"min_disparity": 255}, {"prefilter_cap": 0},
+    {"uniqueness_ratio": 101},
 ], ids=str)
 def test_bad_settings(changes):
     """They are refused before memory is touched, and the next frame is right."""
     bench = Bench("wishbone-32", byte_generator(21, str(changes)))
-    bench.begin(30, 8, changes=changes)
-    assert bench.end(100) == ["failed"]
-    assert bench.core.get("error_code") == ERROR_CONFIG
-    assert not bench.memory.reads and not bench.memory.writes
-    bench.check_frame(30, 8)
+    check_refused(bench, changes)
+    bench.core.close()
+
+
+def test_limits_of_settings():
+    """The largest values are taken."""
+    bench = Bench("wishbone-32", byte_generator(23))
+    for changes in ({"min_disparity": 10}, {"prefilter_cap": 63}, {"uniqueness_ratio": 100}, {"disp12_max_diff": 254},
+                    {"texture_threshold": 0xfffff}, {"prefilter_cap": 0, "xsobel": 0}):
+        bench.begin(30, 8, changes=changes, settings=PLAIN)
+        assert bench.end() == ["done"], changes
+    bench.core.close()
+
+
+BARE = {"xsobel": 0, "texture_threshold": 0, "uniqueness_ratio": 0, "disp12_max_diff": NO_CHECK, "subpixel": 0}
+
+
+@pytest.mark.parametrize("features, base, missing", [
+    (("raw",), BARE, [{"xsobel": 1}, {"uniqueness_ratio": 1}, {"subpixel": 1}, {"disp12_max_diff": 0},
+                      {"min_disparity": 1}, {"median": 1}]),
+    (("xsobel",), BARE | {"xsobel": 1}, [{"xsobel": 0}, {"texture_threshold": 1}]),
+], ids=["raw", "xsobel"])
+def test_stages_that_are_not_built(features, base, missing):
+    """A frame that needs one is refused; without it is matched."""
+    bench = Bench("wishbone-32", byte_generator(24, *features), features)
+    for changes in missing:
+        bench.begin(30, 8, changes=base | changes, settings=PLAIN)
+        assert bench.end(100) == ["failed"]
+        assert bench.core.get("error_code") == ERROR_CONFIG
+    bare = StereoSettings(DISPARITIES, 5, 0, "xsobel" if base["xsobel"] else "none", texture_threshold=0,
+                          uniqueness_ratio=0, subpixel=False)
+    expected, places = bench.begin(30, 8, settings=bare)
+    before = bytes(bench.memory.bytes)
+    assert bench.end() == ["done"]
+    bench.check_result(expected, places, before)
     bench.core.close()
 
 

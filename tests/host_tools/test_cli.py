@@ -24,8 +24,10 @@ from litestereo.host_tools.cli import info
 from litestereo.host_tools.ground_truth import read_ground_truth
 from litestereo.host_tools.link import LinkSettings
 from litestereo.host_tools.protocol import ErrorCode, Message, MessageType
-from litestereo.sim import model
+from litestereo.host_tools.settings import MatcherSettings
 from support.data import stereo_folder
+from support.expected import expected_map
+from support.interruptible import interruptible
 from support.native_device import native_device
 from support.pairs import generator, textured_pair
 from support.scripted_device import framed, scripted_server
@@ -101,9 +103,9 @@ def test_match_writes_the_map_and_a_summary(pair, url, tmp_path, capfd):
     out, err = capfd.readouterr()
     assert (status, err) == (0, "")
     written = np.load(tmp_path / "a" / "b" / "disparity.npy")
-    assert np.array_equal(written, model.match(*images, 16, 7))
+    assert np.array_equal(written, expected_map(*images, MatcherSettings(16, 7)))
     for text in ("120x50", "16 disparities", "block size 7", "6000, 1.000 per pixel", "frames/s at 100 MHz",
-                 "bad-1.0     0.00 %", "bad-2.0", "mean error  0.000", "density", "disparity_color.png"):
+                 "bad-1.0     0.00 %", "bad-2.0", "mean error  0.0", "density", "disparity_color.png"):
         assert text in out
     assert sorted(path.name for path in (tmp_path / "a" / "b").iterdir()) == [
         "disparity.npy", "disparity.pfm", "disparity.png", "disparity_color.png"]
@@ -116,7 +118,7 @@ def test_match_as_json(pair, url, capfd):
     assert (summary["disparities"], summary["block_size"]) == (32, 9)
     assert summary["clocks"] == 6000 and summary["clocks_per_pixel"] == 1.0
     assert summary["fps_at_100_mhz"] == pytest.approx(1e8/6000)
-    assert summary["quality"]["bad_1_0"] == summary["quality"]["mean_error"] == 0
+    assert summary["quality"]["bad_1_0"] == 0 and summary["quality"]["mean_error"] < 0.1
     assert 50 < summary["quality"]["density"] < 100
     assert all(os.path.isfile(path) for path in summary["files"])
 
@@ -171,12 +173,12 @@ def test_console(url, capfd):
     assert capfd.readouterr().out.startswith("help: ")
     assert run("console", "--device", url, "selftest") == 0
     assert "selftest: passed" in capfd.readouterr().out
-    assert run("console", "--device", url, "bench", 100, 40, 16, 7) == 0
+    assert run("console", "--device", url, "bench", 100, 40, 16, 7, "sad") == 0
     assert "clocks=4000" in capfd.readouterr().out
 
 
 @pytest.mark.parametrize(("line", "text"), [("nonsense", "unknown command"), ("bench", "usage: bench"),
-                                            ("bench 9999 9999 16 7", "refused")])
+                                            ("bench 9999 9999 16 7 sad", "refused")])
 def test_console_commands_that_fail(url, line, text, capfd):
     assert run("console", "--device", url, *line.split()) == 1
     assert text in capfd.readouterr().out
@@ -374,8 +376,8 @@ def test_processes_end_as_main_does(pair):
 
 
 def test_ctrl_c_of_a_process():
-    with scripted_server(lambda request: b"") as silent, subprocess.Popen(
-            [*COMMAND, "info", "--device", silent], stderr=subprocess.PIPE, text=True) as running:
+    with scripted_server(lambda request: b"") as silent, interruptible(
+            [*COMMAND, "info", "--device", silent], stderr=subprocess.PIPE) as running:
         time.sleep(1.5)
         running.send_signal(signal.SIGINT)
         _, err = running.communicate(timeout=10)

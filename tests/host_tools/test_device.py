@@ -16,7 +16,8 @@ from litestereo.host_tools.device import connect
 from litestereo.host_tools.errors import DeviceError, ImageError, SettingsError, UnsupportedError, UrlError
 from litestereo.host_tools.protocol import Parameter
 from litestereo.host_tools.settings import MatcherSettings
-from litestereo.sim import model
+from litestereo.sim.stereobm import stereo_bm
+from support.expected import expected_map
 from support.pairs import generator, textured_pair
 from support.scripted_device import scripted_server
 
@@ -24,7 +25,9 @@ from support.scripted_device import scripted_server
 def test_default_settings():
     settings = MatcherSettings()
     assert (settings.disparities, settings.block_size, settings.minimum_size) == (64, 9, (72, 9))
-    assert settings.parameters == {Parameter.DISPARITIES: 64, Parameter.BLOCK_SIZE: 9}
+    assert settings.invalid == -16
+    assert list(settings.parameters.values()) == [64, 9, 0, 1, 31, 10, 15, -1, 1, 0]
+    assert list(settings.parameters) == list(Parameter)
 
 
 @pytest.mark.parametrize("disparities", [0, -16, 8, 15, 17, 63])
@@ -85,10 +88,10 @@ def test_model_device_is_the_model():
         assert device.statistics() == {"frames_matched": 3}
         with pytest.raises(DeviceError, match="console"):
             device.console("help")
-    assert np.array_equal(result.disparity, model.match(left, right, 32, 7))
+    assert np.array_equal(result.disparity, expected_map(left, right, MatcherSettings(32, 7)))
     assert result.disparity.dtype == np.int16
     assert result.clocks is None and result.first_row_clocks is None and result.match_s > 0
-    assert np.array_equal(results[1].disparity, model.match(right, left, 16, 5))
+    assert np.array_equal(results[1].disparity, expected_map(right, left, MatcherSettings(16, 5)))
     assert steps == [("match", 0, 1), ("match", 1, 1)]
 
 
@@ -111,16 +114,17 @@ def stand_in(monkeypatch, name, **content):
 class CosimStandIn:
     """The interface of the gateware's simulation, around the model."""
 
-    built  = None
-    closed = False
+    built    = None
+    closed   = False
+    features = 0x7f
 
     def __init__(self, max_width, disparities, max_block_size):
         CosimStandIn.built = (max_width, disparities, max_block_size)
 
-    def match(self, left, right, disparities, block_size):
+    def match_settings(self, left, right, settings):
         if left.max() == 0:
             raise RuntimeError("it stopped\nshort")
-        return model.match(left, right, disparities, block_size), left.size + 100, 50
+        return stereo_bm(left, right, settings), left.size + 100, 50
 
     def close(self):
         CosimStandIn.closed = True
@@ -186,7 +190,7 @@ def test_sim_device_is_started_with_its_options_and_stopped(monkeypatch):
             connect("sim:?ram=sdram&slots=3")
     assert started[0][:2] == ("sdram", 3)
     assert started[0][2].closed
-    with pytest.raises(UrlError, match="unexpected keyword argument 'speed'"):
+    with pytest.raises(UrlError, match="unknown option, the options are ram, slots"):
         connect("sim:?speed=9")
 
 

@@ -26,7 +26,7 @@ from litestereo.host_tools.protocol import CHUNK_BYTES, ErrorCode, Message, Mess
 from litestereo.host_tools.serial_framing import Demultiplexer, frame
 from litestereo.host_tools.settings import MatcherSettings
 from litestereo.host_tools.transports.tcp import TcpTransport
-from litestereo.sim import model
+from support.expected import expected_map
 from support.fault_proxy import Faults, proxied
 from support.native_device import native_device
 from support.pairs import byte_generator, generator, textured_pair
@@ -47,7 +47,7 @@ def chunk_count(width, height):
 
 
 def expect(result, pair, settings=SETTINGS):
-    assert np.array_equal(result.disparity, model.match(*pair, settings.disparities, settings.block_size))
+    assert np.array_equal(result.disparity, expected_map(*pair, settings))
 
 
 @pytest.fixture(scope="module")
@@ -387,7 +387,8 @@ def test_sizes_out_of_range_are_refused(link, size, detail):
 
 
 @pytest.mark.parametrize(("parameter", "value"), [(1, 0), (1, 8), (1, 80), (1, -16), (2, 4), (2, 3), (2, 23),
-                                                  (2, -5)])
+                                                  (2, -5), (3, -1), (3, 256), (4, 2), (5, 0), (5, 64), (6, -1),
+                                                  (6, 1 << 20), (7, 101), (8, -2), (8, 255), (9, 2), (10, -1)])
 def test_parameters_out_of_range_are_refused(link, parameter, value):
     payload = payloads.pack_parameters({parameter: value})
     assert refused(link, MessageType.CONFIGURE, payload) == (ErrorCode.RANGE, parameter)
@@ -416,7 +417,7 @@ def test_reads_out_of_range_are_refused(link):
         assert refused(link, MessageType.READ, payloads.pack_number(length), offset=offset)[0] == code
     call = link.submit(MessageType.READ, payloads.pack_number(7), 1, size - 7)
     link.wait([call])
-    assert call.reply.payload == model.match(left, right, 16, 5).astype("<i2").tobytes()[-7:]
+    assert call.reply.payload == expected_map(left, right, MatcherSettings(16, 5)).astype("<i2").tobytes()[-7:]
     assert refused(link, MessageType.UPLOAD, bytes(1024)) == (ErrorCode.STATE, FrameState.DONE)
 
 

@@ -13,7 +13,15 @@ import pytest
 
 from litestereo.host_tools.errors import ImageError
 from litestereo.host_tools.ground_truth import decode_pfm, read_ground_truth
-from litestereo.host_tools.images import color_image, encode_pfm, kitti_image, read_grey, write_disparity
+from litestereo.host_tools.images import (
+    color_image,
+    disparity_pixels,
+    encode_pfm,
+    kitti_image,
+    read_grey,
+    write_disparity,
+)
+from litestereo.host_tools.settings import MatcherSettings
 from support.data import stereo_folder, stereo_pair
 from support.pairs import generator
 
@@ -86,7 +94,7 @@ def test_kitti_image_keeps_valid_apart_from_invalid():
 
 
 def test_color_image_goes_from_blue_to_red_and_is_black_where_there_is_nothing():
-    color = color_image(MAP, 64)
+    color = color_image(MAP, MatcherSettings(64))
     assert color.shape == (2, 3, 3)
     assert color[0, 0].tolist() == color[1, 2].tolist() == [0, 0, 0]
     assert color[0, 1].any()
@@ -99,7 +107,7 @@ def test_written_files_are_what_they_say(tmp_path):
     rng   = generator(12)
     map_  = rng.integers(-1, 1024, (20, 30)).astype(np.int16)
     map_[map_ < 0] = -16
-    paths = write_disparity(tmp_path / "new" / "folder", map_, 64)
+    paths = write_disparity(tmp_path / "new" / "folder", map_, MatcherSettings(64))
     assert [path.name for path in paths] == ["disparity.npy", "disparity.pfm", "disparity.png",
                                              "disparity_color.png"]
     assert np.array_equal(np.load(paths[0]), map_)
@@ -116,7 +124,7 @@ def test_written_files_are_what_they_say(tmp_path):
 def test_a_folder_that_cannot_be_made_is_refused(tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(ImageError, match="cannot be written"):
-        write_disparity(tmp_path / "file" / "out", MAP, 64)
+        write_disparity(tmp_path / "file" / "out", MAP, MatcherSettings(64))
 
 
 def test_ground_truth_of_all_kinds(tmp_path):
@@ -188,3 +196,12 @@ def test_middlebury_pairs(name, size):
     scale  = float(re.search(r'"gt_scale": (\d+)', (folder / "meta.json").read_text())[1])
     assert pair.left.shape == pair.right.shape == pair.truth.shape == size
     np.testing.assert_array_equal(read_ground_truth(folder / "disp_left.png", scale), pair.truth)
+
+
+def test_a_smallest_disparity_moves_the_value_of_pixels_without_one():
+    settings = MatcherSettings(16, 5, min_disparity=2)
+    map_     = np.array([[16, 17, 32], [0, 200, 16]], np.int16)
+    assert settings.invalid == 16
+    assert np.array_equal(np.isnan(disparity_pixels(map_, settings.invalid)), map_ <= 16)
+    assert np.array_equal(kitti_image(map_, settings.invalid) == 0, map_ <= 16)
+    assert np.array_equal((color_image(map_, settings) == 0).all(axis=2), map_ <= 16)

@@ -19,7 +19,8 @@ from support.pairs import byte_generator
 from support.protocol_vectors import CAPABILITIES, SESSION
 from support.scripted_device import ScriptedTransport, framed
 
-QUICK = LinkSettings(timeout_floor_s=0.02, initial_bytes_per_s=1e6, silence_limit_s=0.5, hello_limit_s=0.5)
+QUICK = LinkSettings(timeout_floor_s=0.02, initial_bytes_per_s=1e6, silence_limit_s=0.5, hello_limit_s=0.5,
+                     max_tries=100)
 
 
 def answer(request):

@@ -15,22 +15,9 @@ from litestereo.sim import model, stages
 from litestereo.sim.stereobm import StereoSettings, stereo_bm
 from support.awkward import awkward_pairs
 from support.data import stereo_pair
+from support.drawn import drawn_settings
 from support.opencv import opencv_map, same_as_opencv
 from support.pairs import generator, textured_pair
-
-
-def drawn_settings(rng, largest_block=21, largest_range=64, min_disparity=None):
-    """Settings anywhere in the range that OpenCV computes without an error of its own."""
-    wide = rng.random() < 0.3
-    return StereoSettings(
-        disparities       = int(rng.integers(1, largest_range // 16 + 1))*16,
-        block_size        = int(rng.integers(2, largest_block // 2 + 1))*2 + 1,
-        min_disparity     = int(rng.choice([0, 0, 0, 1, 5, 40]) if min_disparity is None else min_disparity),
-        prefilter_cap     = int(rng.integers(32, 64) if wide else rng.integers(1, 32)),
-        texture_threshold = int(rng.choice([0, 10, 200, 1500])),
-        uniqueness_ratio  = int(rng.choice([0, 1, 5, 15, 40, 100])),
-        disp12_max_diff   = -1 if wide else int(rng.choice([-1, 0, 1, 2, 10])),
-    )
 
 
 @pytest.mark.parametrize("name", ["tsukuba", "venus", "teddy", "cones"])

@@ -38,14 +38,30 @@ def unpack(endpoint, words: NDArray[np.uint32], lanes: dict[str, int] | None = N
     return result
 
 
-def positions(width: int, height: int, disparities: int, block_size: int) -> dict[str, NDArray[np.bool_]]:
-    """What the raster says of each pixel of a frame, in raster order: see `Raster`."""
-    row, column = (index.ravel() for index in np.indices((height, width)))
-    return {
-        "column":       column,
-        "row_first":    row == 0,
-        "row_old":      row >= block_size,
-        "column_first": column == 0,
-        "column_old":   column >= block_size,
-        "complete":     (row >= block_size - 1) & (column >= disparities + block_size - 2),
+def steps(width: int, height: int, disparities: int, block_size: int, min_disparity: int = 0, outer: int = 0,
+          ahead: int = 1) -> dict[str, NDArray[np.int64]]:
+    """What the raster says of each step of a frame, in order: see `Raster`. Fields of one bit are 0 or 1."""
+    slot, row   = (index.ravel() for index in np.meshgrid(np.arange(width + ahead + 2*outer),
+                                                          np.arange(height + ahead)))
+    column, line = slot - ahead, row - ahead
+    first        = min_disparity + disparities - 1
+    fields = {
+        "column":      slot,
+        "take":        (slot < width) & (row < height),
+        "pixel":       (line >= 0) & (column >= 0) & (column < width),
+        "pixel_first": column == 0,
+        "pixel_last":  column == width - 1,
+        "row_first":   line == 0,
+        "row_last":    line == height - 1,
+        "row_flat":    (line == height - 1) & (height % 2 == 1),
+        "row_old":     line >= block_size,
+        "late":        column > first,
+        "move_left":   column < width + outer,
+        "move_right":  ((column <= first) | (column > first + outer)) & (column < width + outer + min_disparity),
+        "cost":        (line >= 0) & (column >= first),
+        "cost_column": np.maximum(column - first, 0),
+        "cost_first":  column == first,
+        "cost_old":    column - first >= block_size,
+        "complete":    (line >= block_size - 1) & (column - first >= block_size - 1),
     }
+    return {name: values.astype(np.int64) for name, values in fields.items()}

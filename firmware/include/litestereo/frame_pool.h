@@ -22,6 +22,7 @@
 
 #include "litestereo/protocol.h"
 #include "litestereo/status.h"
+#include "litestereo/stereo_settings.h"
 
 /** Most slots of a pool. */
 #ifndef FRAME_POOL_SLOTS
@@ -51,14 +52,6 @@ typedef enum {
     FRAME_OWNER_CONSOLE,  /**< A command of the console. */
 } frame_owner_t;
 
-/** What to match and how. */
-typedef struct {
-    uint16_t width;        /**< Pixels, at least 1. */
-    uint16_t height;       /**< Pixels, at least 1. */
-    uint16_t disparities;  /**< Number of disparities searched. */
-    uint8_t  block_size;   /**< Side of the block in pixels, odd. */
-} frame_settings_t;
-
 /** How a match ended. */
 typedef struct {
     uint16_t error;             /**< enum protocol_error: ERROR_NONE, ERROR_MATCHER or ERROR_TIMEOUT. */
@@ -74,7 +67,7 @@ typedef struct {
     uint8_t          slot;      /**< Number of the slot, 0 to FRAME_POOL_SLOTS - 1. */
     uint8_t         *memory;    /**< First byte of the slot. */
     uint32_t         id;        /**< The owner's name for the frame. */
-    frame_settings_t settings;  /**< As they were when the frame was opened. */
+    stereo_settings_t settings; /**< As they were when the frame was opened. */
     uint32_t         pitch;     /**< Bytes from one image to the next. */
     uint32_t         missing;   /**< Chunks still missing. */
     uint32_t         order;     /**< Place in the line for the matcher, modulo 2**32. */
@@ -94,7 +87,7 @@ typedef struct {
 status_t frame_pool_init(frame_pool_t *pool, void *memory, size_t size, unsigned slots);
 
 /** Takes a free slot for a frame, which is LOADING then: STATUS_BAD_ARGUMENT, STATUS_SIZE or STATUS_NO_SLOT if not. */
-status_t frame_pool_open(frame_pool_t *pool, frame_owner_t owner, uint32_t id, const frame_settings_t *settings,
+status_t frame_pool_open(frame_pool_t *pool, frame_owner_t owner, uint32_t id, const stereo_settings_t *settings,
     frame_t **frame);
 
 /** Frame of that owner and id, in any state but EMPTY; null if there is none. */

@@ -55,8 +55,16 @@ enum protocol_type {
 
 /** Numbers of the parameters of CONFIGURE. */
 enum protocol_parameter {
-    PARAMETER_DISPARITIES = 1,
-    PARAMETER_BLOCK_SIZE  = 2,
+    PARAMETER_DISPARITIES       = 1,
+    PARAMETER_BLOCK_SIZE        = 2,
+    PARAMETER_MIN_DISPARITY     = 3,
+    PARAMETER_PREFILTER         = 4,
+    PARAMETER_PREFILTER_CAP     = 5,
+    PARAMETER_TEXTURE_THRESHOLD = 6,
+    PARAMETER_UNIQUENESS_RATIO  = 7,
+    PARAMETER_DISP12_MAX_DIFF   = 8,
+    PARAMETER_SUBPIXEL          = 9,
+    PARAMETER_MEDIAN            = 10,
 };
 
 /** Codes of an ERROR reply. */
@@ -77,6 +85,7 @@ enum protocol_error {
     ERROR_MATCHER    = 13,
     ERROR_TIMEOUT    = 14,
     ERROR_DUPLICATE  = 15,
+    ERROR_FEATURE    = 16,
 };
 
 /** Details of ERROR_SIZE. */

@@ -22,10 +22,7 @@ typedef struct {
     uint16_t    firmware_version;  /**< Likewise. */
     uint16_t    max_width;         /**< Pixels. */
     uint16_t    max_height;        /**< Pixels. */
-    uint16_t    max_disparities;   /**< A multiple of 16. */
-    uint8_t     min_block_size;    /**< Pixels, odd. */
-    uint8_t     max_block_size;    /**< Pixels, odd. */
-    uint32_t    features;          /**< Feature bits of the gateware. */
+    stereo_limits_t limits;        /**< Of the settings. */
     uint32_t    sys_clk_hz;        /**< Frequency of the clocks that are reported. */
     const char *name;              /**< At most PROTOCOL_NAME_SIZE characters of ASCII. */
 } device_info_t;
@@ -45,8 +42,7 @@ typedef struct {
     bool                 fresh;          /**< No other request came since the hello. */
     uint32_t             nonce;          /**< Nonce of the hello. */
     uint32_t             random;         /**< State that tokens are drawn from; never 0. */
-    uint16_t             disparities;    /**< Setting for the frames opened next. */
-    uint8_t              block_size;     /**< Setting for the frames opened next, pixels. */
+    stereo_settings_t    settings;       /**< Of the frames opened next, but for their size. */
 } session_t;
 
 /** Prepares a server without a session. */

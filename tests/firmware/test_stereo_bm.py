@@ -1,0 +1,42 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""The firmware's matcher on the CPU against the reference model."""
+
+import subprocess
+
+import numpy as np
+
+from litestereo.sim.stereobm import stereo_bm
+from support.awkward import awkward_pairs
+from support.drawn import any_settings
+from support.pairs import generator
+
+
+def on_the_cpu(programs, left, right, settings):
+    """What the C program makes of a pair."""
+    height, width = left.shape
+    numbers = [width, height, settings.disparities, settings.block_size, settings.min_disparity,
+               int(settings.prefilter == "xsobel"), settings.prefilter_cap, settings.texture_threshold,
+               settings.uniqueness_ratio, settings.disp12_max_diff, int(settings.subpixel), int(settings.median)]
+    header  = " ".join(map(str, numbers)) + "\n"
+    done    = subprocess.run([programs / "run_stereo_bm"], input=header.encode() + left.tobytes() + right.tobytes(),
+                             capture_output=True, check=False)
+    assert done.returncode == 0, done.stderr.decode()
+    return np.frombuffer(done.stdout, np.int16).reshape(height, width)
+
+
+def test_equals_the_model(programs):
+    """Any settings, every stage, on pairs that are awkward each in its own way, down to the smallest size."""
+    rng = generator(80)
+    for turn in range(25):
+        settings      = any_settings(rng)
+        width, height = settings.minimum_size
+        if turn % 4:
+            width  += int(rng.integers(0, 40))
+            height += int(rng.integers(0, 12))
+        for name, left, right in awkward_pairs(rng, width, height):
+            found = on_the_cpu(programs, left, right, settings)
+            assert np.array_equal(found, stereo_bm(left, right, settings)), (name, width, height, settings)

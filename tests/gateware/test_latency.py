@@ -1,0 +1,62 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""What the cores of the pipeline say of themselves."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from litestereo.gateware.absolute_difference import AbsoluteDifference
+from litestereo.gateware.alignment import Alignment
+from litestereo.gateware.block_sum import BlockSum
+from litestereo.gateware.column_sum import ColumnSum
+from litestereo.gateware.line_buffer import LineBuffer
+from litestereo.gateware.parameters import MatcherParameters
+from litestereo.gateware.prefilter import Prefilter
+from litestereo.gateware.subpixel import Neighbours, Subpixel
+from litestereo.gateware.uniqueness import CostLimit, Uniqueness
+from litestereo.gateware.verdict import Verdict
+from litestereo.gateware.winner import Winner
+from litestereo.sim.stream_core import StreamCore
+from support.lanes import pack
+
+BUILT = MatcherParameters(max_width=100, disparities=48, max_block_size=9)
+RAW   = MatcherParameters(max_width=100, disparities=48, max_block_size=9, features=["raw"])
+
+
+@pytest.mark.parametrize("core", [Prefilter, LineBuffer, Alignment, AbsoluteDifference, ColumnSum, BlockSum, Winner,
+                                  CostLimit, Uniqueness, Neighbours, Subpixel, Verdict])
+@pytest.mark.parametrize("built", [BUILT, RAW], ids=["everything", "raw"])
+def test_latency(core, built):
+    """An item comes out as many clocks after it went in as the core says."""
+    module = core(built)
+    if module.latency == 0:
+        return
+    core   = StreamCore(module, [], pipeline=True)
+    result = core.run(pack(module.sink, {name: np.ones(1) for name in ("complete", "cost")
+                                         if name in dict(module.sink.description.payload_layout)}
+                           or {module.sink.description.payload_layout[0][0]: np.zeros(1)}), 1)
+    assert result.probe_clock - 1 == module.latency
+
+
+@pytest.mark.parametrize("disparities, max_block_size, features, largest, column_bits, cost_bits", [
+    (16, 5,  ["raw"],           255, 11, 13),
+    (64, 9,  ["xsobel"],        126, 11, 14),
+    (64, 15, ["xsobel", "raw"], 255, 12, 16),
+    (96, 31, ["raw"],           255, 13, 18),
+])
+def test_widths(disparities, max_block_size, features, largest, column_bits, cost_bits):
+    """As many bits as the largest sum needs, and not all ones for the largest cost."""
+    built = MatcherParameters(max_width=200, disparities=disparities, max_block_size=max_block_size, features=features)
+    assert (built.largest_pixel, built.column_bits, built.cost_bits) == (largest, column_bits, cost_bits)
+    assert max_block_size**2*largest < 2**cost_bits - 1
+
+
+def test_feature_bits():
+    """In the order of the capability register."""
+    assert MatcherParameters(features=["raw", "median"]).feature_bits == 0x82
+    assert MatcherParameters().feature_bits == 0xff

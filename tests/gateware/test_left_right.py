@@ -1,0 +1,100 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""The left-right check: its cores' emitted Verilog against a dictionary and against the model of the stage."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from litestereo.gateware.left_right import LeftRight
+from litestereo.gateware.parameters import MatcherParameters
+from litestereo.sim.stages import Columns, left_right_check
+from support.core_bench import CoreBench
+from support.pairs import generator
+
+BUILT    = MatcherParameters(max_width=90, max_height=100, disparities=32, max_block_size=11)
+SETTINGS = ["width", "disparities", "min_disparity", "outer", "left_right", "disp12_max_diff", "begin"]
+
+
+def drawn_rows(rng, rows, count, disparities, kind):
+    """Found, disparity (sixteenths, relative) and cost of the winners, rows x count."""
+    found     = rng.random((rows, count)) < (0.8 if kind != "nothing found" else 0)
+    disparity = rng.integers(0, 16*(disparities - 1) + 1, (rows, count))
+    cost      = rng.integers(0, 3000, (rows, count))
+    if kind == "whole pixels":
+        disparity = disparity//16*16
+    elif kind == "one column":
+        # All lead to one place, as far as they can, so that votes for it follow each other.
+        whole     = np.clip(np.arange(count) - count//2 + disparities//2, 0, disparities - 1)
+        disparity = np.minimum(16*whole + rng.integers(0, 8, (rows, count)), 16*(disparities - 1))
+        cost      = rng.integers(0, 4, (rows, count))
+    elif kind == "ties":
+        disparity = rng.choice([0, 16, 32, 40], (rows, count))
+        cost      = rng.choice([5, 5, 6], (rows, count))
+    return found.astype(np.int64), disparity, cost
+
+
+@pytest.mark.parametrize("valid, ready", [(1.0, 1.0), (0.4, 1.0), (1.0, 0.4), (0.7, 0.7)])
+def test_left_right(valid, ready):
+    """Rows of every kind, one frame after the other, as the model has it; the outer winners do not come out."""
+    rng   = generator(15)
+    bench = CoreBench(LeftRight(BUILT), SETTINGS, pipeline=False)
+    for turn in range(40):
+        kind          = ["drawn", "whole pixels", "one column", "ties", "nothing found"][turn % 5]
+        disparities   = int(rng.choice([16, 32]))
+        block_size    = int(rng.choice([5, 7, 11]))
+        min_disparity = int(rng.choice([0, 3, 20]))
+        difference    = int(rng.choice([0, 1, 4, 254]))
+        outer         = block_size//2
+        smallest      = disparities + min_disparity + block_size - 1
+        width         = smallest + int(rng.integers(0, BUILT.max_width - smallest + 1))
+        columns       = Columns(width, disparities, min_disparity, block_size)
+        rows          = int(rng.integers(1, 5))
+        found, disparity, cost = drawn_rows(rng, rows, columns.count, disparities, kind)
+        bench.begin(width=width, disparities=disparities, min_disparity=min_disparity, outer=outer, left_right=1,
+                    disp12_max_diff=difference)
+        out = bench.run({"found": found.ravel(), "disparity": disparity.ravel(), "cost": cost.ravel()},
+                        rows*(columns.count - 2*outer), valid, ready)
+        absolute = np.where(found == 1, disparity + 16*min_disparity, 16*(min_disparity - 1)).astype(np.int16)
+        kept     = left_right_check(absolute, cost.astype(np.int32), difference, columns)
+        inside   = slice(outer, columns.count - outer)
+        expected = ((found == 1) & kept)[:, inside].ravel()
+        assert np.array_equal(out["found"], expected), (kind, width, disparities, min_disparity, difference)
+        assert np.array_equal(out["disparity"][expected], disparity[:, inside].ravel()[expected])
+        assert (expected.any() or kind == "nothing found") and bench.taken == rows*columns.count
+
+
+def test_reset_in_mid_frame():
+    """Votes from before a reset count no more."""
+    rng   = generator(16)
+    bench = CoreBench(LeftRight(BUILT), SETTINGS, pipeline=False)
+    for turn in range(30):
+        columns = Columns(80, 32, 0, 5)
+        found, disparity, cost = drawn_rows(rng, 4, columns.count, 32, "drawn")
+        fields  = {"found": found.ravel(), "disparity": disparity.ravel(), "cost": cost.ravel()}
+        begin   = {"width": 80, "disparities": 32, "min_disparity": 0, "outer": 2, "left_right": 1,
+                   "disp12_max_diff": 0}
+        bench.begin(**begin)
+        bench.interrupt(fields | {"cost": np.zeros_like(fields["cost"])}, clock=10 + 9*turn)
+        bench.begin(**begin)
+        out  = bench.run(fields, 4*(columns.count - 4))
+        map_ = np.where(found == 1, disparity, -16).astype(np.int16)
+        kept = left_right_check(map_, cost.astype(np.int32), 0, columns)
+        assert np.array_equal(out["found"], ((found == 1) & kept)[:, 2:-2].ravel())
+
+
+def test_switched_off():
+    """Winners pass as they are, between frames with the check."""
+    rng   = generator(17)
+    bench = CoreBench(LeftRight(BUILT), SETTINGS, pipeline=False)
+    for _ in range(3):
+        found, disparity, cost = drawn_rows(rng, 2, 40, 32, "drawn")
+        fields = {"found": found.ravel(), "disparity": disparity.ravel(), "cost": cost.ravel()}
+        bench.begin(width=71, disparities=32, min_disparity=0, outer=0, left_right=0, disp12_max_diff=0)
+        out = bench.run(fields, 80, 0.6, 0.6)
+        for name, values in fields.items():
+            assert np.array_equal(out[name], values)

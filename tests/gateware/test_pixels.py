@@ -1,0 +1,155 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""The cores that pixels pass, each one's emitted Verilog against NumPy: gaps, a reset in mid-frame, the next frame."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from litestereo.gateware.absolute_difference import AbsoluteDifference
+from litestereo.gateware.alignment import Alignment
+from litestereo.gateware.line_buffer import LineBuffer
+from litestereo.gateware.prefilter import Prefilter
+from litestereo.gateware.raster import Raster
+from litestereo.sim.stages import prefilter_xsobel
+from support.core_bench import SMALL, CoreBench
+from support.lanes import steps
+from support.pairs import generator
+
+DISPARITIES = SMALL.disparities
+
+#: Width, height, block size, smallest disparity, columns beside the valid region; the smallest sizes among them.
+FRAMES = [(20, 5, 5, 0, 0), (24, 9, 9, 0, 4), (44, 13, 5, 3, 2), (37, 12, 7, 0, 3), (44, 10, 9, 10, 0)]
+
+
+def place_pixels(place, images):
+    """Values of the steps that take a pixel; the others get what must not matter."""
+    fields = {}
+    for name, image in images.items():
+        values = np.full(len(place["take"]), 201)
+        values[place["take"] == 1] = image.ravel()
+        fields[name] = values
+    return fields
+
+
+@pytest.mark.parametrize("valid", [1.0, 0.4])
+def test_raster(valid):
+    """Every pixel passes once, each step has its place, and nothing is admitted outside of a frame."""
+    rng      = generator(6)
+    settings = ["width", "height", "disparities", "min_disparity", "block_size", "outer", "begin", "credit"]
+    bench    = CoreBench(Raster(SMALL), settings, pipeline=False)
+    for width, height, block_size, min_disparity, outer in FRAMES:
+        place  = steps(width, height, DISPARITIES, block_size, min_disparity, outer)
+        pixels = {name: rng.integers(0, 256, width*height + 5) for name in ("left", "right")}
+        bench.begin(width=width, height=height, disparities=DISPARITIES, min_disparity=min_disparity,
+                    block_size=block_size, outer=outer, credit=1)
+        out = bench.run(pixels, len(place["take"]), valid)
+        assert bench.taken == width*height
+        for name, values in place.items():
+            chosen = place["cost"] == 1 if name == "cost_column" else slice(None)
+            assert np.array_equal(out[name][chosen], values[chosen]), name
+        for name in ("left", "right"):
+            assert np.array_equal(out[name][place["take"] == 1], pixels[name][:width*height])
+        bench.core.reset()
+
+
+def test_raster_heeds_credit():
+    """Without credit no step is made."""
+    settings = ["width", "height", "disparities", "block_size", "begin", "credit"]
+    bench    = CoreBench(Raster(SMALL), settings, pipeline=False)
+    bench.begin(width=20, height=5, disparities=16, block_size=5, credit=0)
+    bench.run({"left": np.arange(100)}, 0)
+    assert bench.taken == 0
+
+
+@pytest.mark.parametrize("valid", [1.0, 0.4])
+@pytest.mark.parametrize("cap", [1, 31, 63])
+def test_prefilter(cap, valid):
+    """Odd and even heights, hard edges; and the grey values where it is off."""
+    rng   = generator(7, cap)
+    bench = CoreBench(Prefilter(SMALL), ["xsobel", "cap"])
+    for number, (width, height, block_size, min_disparity, outer) in enumerate(FRAMES):
+        place  = steps(width, height, DISPARITIES, block_size, min_disparity, outer)
+        images = {name: rng.choice([0, 10, 255, *range(256)], (height, width)).astype(np.uint8)
+                  for name in ("left", "right")}
+        images["left"][:, ::2] = 255*(number % 2)
+        pixels = place_pixels(place, images)
+        bench.interrupt(pixels | place, clock=int(rng.integers(2, width*height)))
+        for xsobel in (1, 0):
+            bench.set(xsobel=xsobel, cap=cap)
+            out = bench.run(pixels | place, len(place["take"]), valid)
+            for name, image in images.items():
+                expected = prefilter_xsobel(image, cap) if xsobel else image
+                assert np.array_equal(out[name][place["pixel"] == 1], expected.ravel()), (name, width, height, xsobel)
+            for name, values in place.items():
+                assert np.array_equal(out[name], values), name
+
+
+@pytest.mark.parametrize("valid", [1.0, 0.4])
+def test_line_buffer(valid):
+    """The pair that leaves is the one block_size rows above."""
+    rng   = generator(1)
+    bench = CoreBench(LineBuffer(SMALL), ["block_size"])
+    for width, height, block_size, min_disparity, outer in FRAMES:
+        place  = steps(width, height, DISPARITIES, block_size, min_disparity, outer)
+        chosen = place["pixel"] == 1
+        pixels = {name: rng.integers(0, 256, len(chosen)) for name in ("left", "right")}
+        bench.set(block_size=block_size)
+        bench.interrupt(pixels | place, clock=int(rng.integers(2, width*height)))
+        out = bench.run(pixels | place, len(chosen), valid)
+        for name in ("left", "right"):
+            new = pixels[name][chosen]
+            assert np.array_equal(out[name], pixels[name])
+            old = out[f"{name}_old"][chosen][width*block_size:]
+            assert np.array_equal(old, new[:len(old)])
+
+
+@pytest.mark.parametrize("valid", [1.0, 0.4])
+def test_alignment(valid):
+    """The left image is late by the outer columns, the right one by the smallest disparity and, where said, by both."""
+    rng   = generator(8)
+    bench = CoreBench(Alignment(SMALL), ["min_disparity", "outer"])
+    names = ("left", "right", "left_old", "right_old")
+    for width, height, block_size, min_disparity, outer in FRAMES:
+        place  = steps(width, height, DISPARITIES, block_size, min_disparity, outer)
+        pixels = {name: rng.integers(0, 256, len(place["take"])) for name in names}
+        bench.set(min_disparity=min_disparity, outer=outer)
+        bench.interrupt(pixels | place, clock=int(rng.integers(2, width*height)))
+        out   = bench.run(pixels | place, len(place["take"]), valid)
+        step  = np.arange(len(place["take"]))
+        delay = {"left": np.full(len(step), outer), "right": min_disparity + place["late"]*outer}
+        for name in names:
+            source = step - delay[name.split("_")[0]]
+            assert np.array_equal(out[name][source >= 0], pixels[name][source[source >= 0]]), name
+
+
+@pytest.mark.parametrize("valid", [1.0, 0.4])
+def test_absolute_difference(valid):
+    """Lane d holds |left - right d columns back|, the lane behind the last one the texture; images stand still."""
+    rng   = generator(2)
+    count = DISPARITIES + 1
+    bench = CoreBench(AbsoluteDifference(SMALL), ["cap"], lanes={"enter": count, "leave": count})
+    for width, height, block_size, min_disparity, outer in FRAMES:
+        place  = steps(width, height, DISPARITIES, block_size, min_disparity, outer)
+        pixels = {name: rng.choice([0, 1, 127, 128, 254, 255, *range(256)], len(place["take"]))
+                  for name in ("left", "right", "left_old", "right_old")}
+        cap    = int(rng.integers(1, 64))
+        bench.set(cap=cap)
+        bench.interrupt(pixels | place, clock=int(rng.integers(2, width*height)))
+        costs = np.flatnonzero(place["cost"])
+        out   = bench.run(pixels | place, len(costs), valid)
+        for suffix, field in [("", "enter"), ("_old", "leave")]:
+            left, shift, expected = 0, [0]*DISPARITIES, []
+            for index in range(len(place["take"])):
+                if place["move_left"][index]:
+                    left = int(pixels["left" + suffix][index])
+                if place["move_right"][index]:
+                    shift = [int(pixels["right" + suffix][index]), *shift[:-1]]
+                if place["cost"][index]:
+                    expected.append([abs(left - right) for right in (*shift, cap)])
+            assert np.array_equal(out[field], expected), field
+        assert np.array_equal(out["cost_column"], place["cost_column"][costs])
