@@ -13,7 +13,8 @@ import pytest
 from litestereo.host_tools import payloads
 from litestereo.host_tools.errors import DeviceError, DeviceRefused, LinkTimeout, ProtocolError, SessionLost
 from litestereo.host_tools.link import Link, LinkSettings
-from litestereo.host_tools.protocol import CHUNK_BYTES, ErrorCode, Message, MessageType
+from litestereo.host_tools.pace import Pace
+from litestereo.host_tools.protocol import CHUNK_BYTES, REPLY, ErrorCode, Message, MessageType
 from litestereo.host_tools.serial_framing import Demultiplexer
 from support.pairs import byte_generator
 from support.protocol_vectors import CAPABILITIES, SESSION
@@ -183,6 +184,32 @@ def test_a_silent_device_is_given_up_within_the_limit():
                 connected(lambda request: answer(request) if request.type == MessageType.HELLO else b""
                           )[0].call(MessageType.START)
         assert 0.4 < time.monotonic() - begin < 2
+
+
+def test_broken_replies_are_no_silence():
+    """A line may break every reply for longer than the limit of silence; there are tries enough for that."""
+    begin = time.monotonic()
+
+    def script(request):
+        if request.type == MessageType.HELLO or time.monotonic() - begin > 3*QUICK.silence_limit_s:
+            return answer(request)
+        broken = bytearray(answer(request))
+        broken[8] ^= 1
+        return bytes(broken)
+
+    link, _ = connected(script)
+    assert link.call(MessageType.START).type == MessageType.START | REPLY
+    assert link.counters.retransmissions > 10
+    assert link.demux.errors > 10
+
+
+def test_a_lone_request_has_many_tries_within_the_limit():
+    """On a noisy line one in two tries fails; ten in a row hardly ever do."""
+    pace, waited_s, tries = Pace(LinkSettings().timeout_floor_s, 1e5), 0.0, 0
+    while waited_s < LinkSettings().silence_limit_s:
+        tries    += 1
+        waited_s += pace.allowed_s(2100, tries)
+    assert 10 <= tries <= LinkSettings().max_tries
 
 
 def test_chatter_does_not_keep_a_dead_device_alive():

@@ -31,7 +31,8 @@ def test_counts(tmp_path, family, cells, expected):
 def test_rows():
     """In all, and per disparity; and what does not fit."""
     assert row((64, 9, BARE), Resources(640, 1280, 32, 0)) == [64, 9, "bare", 640, 1280, "32", 0, 10, 20, "0.50"]
-    assert "| xsobel | 40 | 10 | 1 | 0 |" in feature_table(Resources(100, 50, 3, 1), {"xsobel": Resources(60, 40, 2, 1)})
+    less = {"xsobel": Resources(60, 40, 2, 1)}
+    assert "| xsobel | 40 | 10 | 1 | 0 |" in feature_table(Resources(100, 50, 3, 1), less)
     assert "does not fit" in placement_row(("25k", 60, 64, 15, OPENCV_FEATURES), None)
     placed = placement_row(("45k", 90, 64, 15, OPENCV_FEATURES), Placement(95.06, {"DP16KD": 63}, {"DP16KD": 108}))
     assert placed == ["LFE5U-45F", 64, 15, "OpenCV", 90, "95.1", "63 of 108 (58 %)"]
