@@ -14,7 +14,7 @@ from pathlib import Path
 
 from ..gateware.parameters import FEATURES, OPENCV_FEATURES
 from .place import PACKAGE, SEED, SPEED_GRADE, Placement, fits
-from .synthesis import FAMILIES, Resources, ToolError, emit, resources, synthesize, tool_version
+from .synthesis import FAMILIES, Resources, ToolError, block_rams, emit, resources, synthesize, tool_version
 
 DOCUMENT  = Path(__file__).resolve().parents[1] / "docs" / "resources.md"
 MAX_WIDTH = 640
@@ -25,6 +25,12 @@ ECP5_BUILDS = [(disparities, 9, features) for disparities in (16, 32, 64, 128) f
     (64, 15, OPENCV_FEATURES), (64, 21, OPENCV_FEATURES), (64, 15, FEATURES), (32, 15, OPENCV_FEATURES)]
 ALL_BUILDS  = [(16, 9, BARE), (16, 9, OPENCV_FEATURES), (64, 15, OPENCV_FEATURES)]
 FULL        = (64, 15, FEATURES) # What each feature is taken from, to see what it costs.
+
+# What the table of memories is about; and what does not fit the smallest device, of so many block RAMs and sites.
+MEMORY_BUILD       = (64, 15, OPENCV_FEATURES)
+SMALL_DEVICE_BUILD = (64, 9, OPENCV_FEATURES)
+SMALL_DEVICE_BRAM  = 56
+SMALL_DEVICE_SITES = 24288
 
 # Device, constraint in MHz, disparities, largest block, features.
 PLACEMENTS = [
@@ -41,9 +47,8 @@ What the matcher alone takes (`gateware/matcher.py`, no DMA, no CPU), written by
 
 - Images of up to {width} x 4095 pixels. `bare` is the sum of absolute differences of grey values, `OpenCV` all of
   cv2.StereoBM's stages and matching without prefilter, `all` these and the median.
-- LUT counts sites of logic: LUTs, carries (two sites per CCU2C of the ECP5, one per ALU of Gowin) and
-  distributed RAM; *LUT4 cells* of the ECP5 are the LUTs alone. Xilinx' carries are beside their LUTs. FF are
-  flip-flops; BRAM are block RAMs of 16 to 18 kbit (36 kbit on the 7-series, halves counted); DSP are multipliers.
+- `LUT` counts sites of logic: LUTs, carries (two sites per CCU2C of the ECP5, one per ALU of Gowin) and
+  distributed RAM; `LUT cells` are the LUTs alone. Xilinx' carries are beside their LUTs. FF are flip-flops; BRAM are block RAMs of 16 to 18 kbit (36 kbit on the 7-series, halves counted); DSP are multipliers.
 - Yosys counts after mapping, before packing. Place and route, below, packs less tightly than the sum.
 - {tools}; commit {commit}.
 """
@@ -67,17 +72,33 @@ def table(header: list[str], rows: list[list]) -> str:
 def row(build: tuple, result: Resources) -> list:
     """A build and what it takes, in all and per disparity."""
     disparities, block, features = build
-    return [disparities, block, name_of(features), result.lut, result.ff, f"{result.bram:g}", result.dsp,
-        round(result.lut/disparities), round(result.ff/disparities), f"{result.bram/disparities:.2f}"]
+    return [disparities, block, name_of(features), result.lut, result.cells, result.ff, f"{result.bram:g}", result.dsp,
+        round(result.lut/disparities), round(result.cells/disparities), round(result.ff/disparities),
+        f"{result.bram/disparities:.2f}"]
 
-COLUMNS = ["disparities", "block", "features", "LUT", "FF", "BRAM", "DSP", "LUT per disparity", "FF per disparity",
-    "BRAM per disparity"]
+COLUMNS = ["disparities", "block", "features", "LUT", "LUT cells", "FF", "BRAM", "DSP", "LUT per disparity",
+    "LUT cells per disparity", "FF per disparity", "BRAM per disparity"]
 
 def feature_table(full: Resources, without: dict[str, Resources]) -> str:
     """What each feature costs: the difference between everything and everything but it."""
     rows = [[feature, full.lut - less.lut, full.ff - less.ff, f"{full.bram - less.bram:g}", full.dsp - less.dsp,
         round((full.lut - less.lut)/FULL[0], 1)] for feature, less in without.items()]
     return table(["feature", "LUT", "FF", "BRAM", "DSP", "LUT per disparity"], rows)
+
+def memory_section() -> str:
+    """Every block RAM by the memory that it is a part of."""
+    disparities, block, features = MEMORY_BUILD
+    counts = block_rams(synthesize(emit(MAX_WIDTH, disparities, block, features), "ECP5"))
+    return (f"## Where the block RAMs are\n\n{disparities} disparities, block {block}, {name_of(features)}, ECP5.\n\n"
+        + table(["memory", "BRAM"], [[f"`{name}`", count] for name, count in counts.items()]))
+
+def small_device_section(result: Resources) -> str:
+    """What the smallest device would have to trade."""
+    disparities, block, features = SMALL_DEVICE_BUILD
+    return (f"## The LFE5U-25F\n\n{disparities} disparities at block {block} with all of {name_of(features)}'s stages take "
+        f"{result.bram:g} block RAMs and {result.lut} sites of logic; the LFE5U-25F has {SMALL_DEVICE_BRAM} and "
+        f"{SMALL_DEVICE_SITES}. It holds half the disparities with every stage, or all of them with few stages: see the "
+        "placements below. Images of at most 512 columns would halve the blocks of the column sums, the largest memory.\n")
 
 def placement_row(case: tuple, result: Placement | None) -> list:
     """A placement, or that there is none."""
@@ -102,6 +123,7 @@ def document(commit: str) -> str:
         f"## What a feature costs\n\n{FULL[0]} disparities, block {FULL[1]}, ECP5: everything less everything but the feature; "
         "without the prefilter there is no texture test either.\n",
         feature_table(results["ECP5", FULL], {name: results["ECP5", build] for name, build in without_builds.items()})]
+    parts += [memory_section(), small_device_section(results["ECP5", SMALL_DEVICE_BUILD])]
     for family in FAMILIES:
         if family != "ECP5":
             parts += [f"## {family}\n", table(COLUMNS, [row(build, results[family, build]) for build in ALL_BUILDS])]

@@ -90,11 +90,12 @@ class ToolError(Exception):
 
 @dataclass(frozen=True)
 class Resources:
-    """What a design takes: sites of logic (with carries and memories in them), flip-flops, block RAMs, multipliers."""
-    lut:  int
-    ff:   int
-    bram: float
-    dsp:  int
+    """What a design takes."""
+    lut:   int   # Sites of logic, with carries and memories in them.
+    cells: int   # LUTs alone.
+    ff:    int   # Flip-flops.
+    bram:  float # Block RAMs.
+    dsp:   int   # Multipliers.
 
 def tool(name: str) -> str:
     """Path of a tool in this environment; raises ToolError if it is not installed."""
@@ -133,4 +134,11 @@ def resources(folder: Path, family: str) -> Resources:
     table = PRIMITIVES.get(family, PRIMITIVES["Xilinx"])
     count = {kind: sum(cells.get(name, 0)*weight for name, weight in weights.items())
              for kind, weights in table.items()}
-    return Resources(**count)
+    luts  = sum(number for name, number in cells.items() if re.fullmatch(r"LUT\d", name))
+    return Resources(cells=luts, **count)
+
+def block_rams(folder: Path) -> dict[str, int]:
+    """Block RAMs of each memory of a design synthesized for the ECP5, by the memory's name."""
+    cells = json.loads((folder / "top.json").read_text())["modules"]["top"]["cells"]
+    names = [re.sub(r"(_\d+)?\..*", "", name) for name, cell in cells.items() if cell["type"] == "DP16KD"]
+    return {name: names.count(name) for name in sorted(set(names), key=names.count, reverse=True)}

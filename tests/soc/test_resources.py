@@ -17,10 +17,10 @@ from litestereo.soc.synthesis import Resources, ToolError, emit, resources, tool
 
 @pytest.mark.parametrize("family, cells, expected", [
     ("ECP5", {"LUT4": 10, "CCU2C": 3, "TRELLIS_DPR16X4": 2, "TRELLIS_FF": 7, "DP16KD": 1, "PFUMX": 5},
-     Resources(24, 7, 1, 0)),
+     Resources(24, 10, 7, 1, 0)),
     ("Spartan-6", {"LUT6": 5, "LUT2": 1, "CARRY4": 9, "FDRE": 3, "RAMB8BWER": 1, "RAMB16BWER": 2, "DSP48A1": 1},
-     Resources(6, 3, 2.5, 1)),
-    ("Gowin", {"LUT4": 2, "ALU": 3, "DFFRE": 4, "SDPX9B": 2, "MULT18X18": 1}, Resources(5, 4, 2, 1)),
+     Resources(6, 6, 3, 2.5, 1)),
+    ("Gowin", {"LUT4": 2, "ALU": 3, "DFFRE": 4, "SDPX9B": 2, "MULT18X18": 1}, Resources(5, 2, 4, 2, 1)),
 ])
 def test_counts(tmp_path, family, cells, expected):
     """Primitives count as the sites that they take."""
@@ -30,9 +30,10 @@ def test_counts(tmp_path, family, cells, expected):
 
 def test_rows():
     """In all, and per disparity; and what does not fit."""
-    assert row((64, 9, BARE), Resources(640, 1280, 32, 0)) == [64, 9, "bare", 640, 1280, "32", 0, 10, 20, "0.50"]
-    less = {"xsobel": Resources(60, 40, 2, 1)}
-    assert "| xsobel | 40 | 10 | 1 | 0 |" in feature_table(Resources(100, 50, 3, 1), less)
+    assert row((64, 9, BARE), Resources(640, 320, 1280, 32, 0)) == [
+        64, 9, "bare", 640, 320, 1280, "32", 0, 10, 5, 20, "0.50"]
+    less = {"xsobel": Resources(60, 30, 40, 2, 1)}
+    assert "| xsobel | 40 | 10 | 1 | 0 |" in feature_table(Resources(100, 60, 50, 3, 1), less)
     assert "does not fit" in placement_row(("25k", 60, 64, 15, OPENCV_FEATURES), None)
     placed = placement_row(("45k", 90, 64, 15, OPENCV_FEATURES), Placement(95.06, {"DP16KD": 63}, {"DP16KD": 108}))
     assert placed == ["LFE5U-45F", 64, 15, "OpenCV", 90, "95.1", "63 of 108 (58 %)"]
