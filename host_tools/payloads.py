@@ -46,6 +46,14 @@ COUNTERS = (
     "matcher_interrupts",
     "matcher_timeouts",
     "console_lines",
+    "sessions_refused",
+    "datagrams_received",
+    "datagrams_sent",
+    "datagrams_malformed",
+    "datagrams_overrun",
+    "mailbox_overrun",
+    "uploads_foreign",
+    "uploads_unfit",
 )
 
 

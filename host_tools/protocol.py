@@ -20,6 +20,9 @@ VERSION = 1
 #: Largest payload, and the step of upload offsets, in bytes.
 CHUNK_BYTES = 1024
 
+#: Port at which a device listens for datagrams.
+UDP_PORT = 19539
+
 #: Set in the type of a reply.
 REPLY = 0x80
 
@@ -44,6 +47,7 @@ class MessageType(enum.IntEnum):
     RELEASE    = 0x08
     STATISTICS = 0x09
     BYE        = 0x0a
+    MISSING    = 0x0b
     ERROR      = 0xff
 
 
@@ -66,6 +70,7 @@ class ErrorCode(enum.IntEnum):
     TIMEOUT    = 14
     DUPLICATE  = 15
     FEATURE    = 16
+    BUSY       = 17
 
 
 class Parameter(enum.IntEnum):

@@ -59,6 +59,7 @@ def _reason(code: int, frame_id: int, detail: int) -> str:
         ErrorCode.MATCHER:    f"the accelerator reported error {detail}",
         ErrorCode.TIMEOUT:    f"the accelerator did not finish within {detail} clocks",
         ErrorCode.FEATURE:    f"it was not built for that value of {_parameter(detail)}, see `litestereo info`",
+        ErrorCode.BUSY:       f"another host uses it; without a word from that one it is free in {detail/1000:.1f} s",
         ErrorCode.DUPLICATE:  f"frame {detail} is already in use",
     }
     return reasons.get(ErrorCode(code), "") if code in set(ErrorCode) else f"error {code}, detail {detail}"

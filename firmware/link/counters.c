@@ -27,6 +27,14 @@ static const char *const names[COUNTERS] = {
     [COUNTER_MATCHER_INTERRUPTS]    = "matcher_interrupts",
     [COUNTER_MATCHER_TIMEOUTS]      = "matcher_timeouts",
     [COUNTER_CONSOLE_LINES]         = "console_lines",
+    [COUNTER_SESSIONS_REFUSED]      = "sessions_refused",
+    [COUNTER_DATAGRAMS_RECEIVED]    = "datagrams_received",
+    [COUNTER_DATAGRAMS_SENT]        = "datagrams_sent",
+    [COUNTER_DATAGRAMS_MALFORMED]   = "datagrams_malformed",
+    [COUNTER_DATAGRAMS_OVERRUN]     = "datagrams_overrun",
+    [COUNTER_MAILBOX_OVERRUN]       = "mailbox_overrun",
+    [COUNTER_UPLOADS_FOREIGN]       = "uploads_foreign",
+    [COUNTER_UPLOADS_UNFIT]         = "uploads_unfit",
 };
 
 const char *counter_name(enum counter counter)

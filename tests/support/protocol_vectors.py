@@ -51,6 +51,7 @@ def _types() -> Iterator[tuple[str, Message]]:
         (MessageType.RELEASE,    7, 0,    b"",                            b""),
         (MessageType.STATISTICS, 0, 0,    b"",                            payloads.pack_counters(counters)),
         (MessageType.BYE,        0, 0,    b"",                            b""),
+        (MessageType.MISSING,    7, 0,    b"",                            bytes(range(11))),
     ]
     for sequence, (kind, frame_id, offset, payload, answer) in enumerate(exchanges, start=1):
         session = 0 if kind == MessageType.HELLO else SESSION

@@ -18,6 +18,7 @@
 #define PROTOCOL_MESSAGE_MAX (PROTOCOL_MESSAGE_MIN + PROTOCOL_CHUNK_SIZE)
 #define PROTOCOL_REPLY_BIT   0x80u
 #define PROTOCOL_NO_OFFSET   0xffffffffu
+#define PROTOCOL_UDP_PORT    19539u
 
 #define PROTOCOL_CAPABILITIES_SIZE 52u
 #define PROTOCOL_NAME_OFFSET       36u
@@ -50,6 +51,7 @@ enum protocol_type {
     TYPE_RELEASE    = 0x08,
     TYPE_STATISTICS = 0x09,
     TYPE_BYE        = 0x0a,
+    TYPE_MISSING    = 0x0b,
     TYPE_ERROR      = 0xff,
 };
 
@@ -86,6 +88,7 @@ enum protocol_error {
     ERROR_TIMEOUT    = 14,
     ERROR_DUPLICATE  = 15,
     ERROR_FEATURE    = 16,
+    ERROR_BUSY       = 17,
 };
 
 /** Details of ERROR_SIZE. */
