@@ -10,11 +10,11 @@ from litex.gen.genlib.misc import WaitTimer
 
 from .common         import *
 from .frame_settings import FrameSettings, frame_settings
-from .map_writer     import MapWriter
 from .matcher        import Matcher, matcher_settings
 from .memory_port    import word_bytes
 from .pair_reader    import PairReader
 from .peripheral_csr import PeripheralCSR
+from .stream_writer  import StreamWriter
 
 ERROR_NONE, ERROR_CONFIG, ERROR_BUS, ERROR_ABORTED = range(4)
 
@@ -38,7 +38,7 @@ class StereoPeripheral(PeripheralCSR, LiteXModule):
         burst_bytes=128, with_csr=True):
         self.matcher = matcher = Matcher(max_width, MAX_HEIGHT, disparities, max_block_size, features)
         self.reader  = reader  = PairReader(read_port, burst_bytes)
-        self.writer  = writer  = MapWriter(write_port, burst_bytes)
+        self.writer  = writer  = StreamWriter(write_port, DISPARITY_BITS, burst_bytes)
 
         self.parameters = matcher.parameters
         self.alignment  = max(word_bytes(read_port), word_bytes(write_port)) # Bytes.
@@ -153,7 +153,8 @@ class StereoPeripheral(PeripheralCSR, LiteXModule):
         # -------
         self.comb += [
             reader.source.connect(matcher.sink),
-            matcher.source.connect(writer.sink),
+            matcher.source.connect(writer.sink, omit={"disparity"}),
+            writer.sink.data.eq(matcher.source.disparity),
         ]
 
         if with_csr:

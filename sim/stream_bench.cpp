@@ -86,6 +86,12 @@ void core_set(Core *core, uint32_t setting, uint32_t value)
     set_setting(core->model, setting, value);
 }
 
+uint32_t core_get(Core *core, uint32_t status)
+{
+    core->model.eval();
+    return get_status(core->model, status);
+}
+
 void core_reset(Core *core)
 {
     core->model.sys_rst = 1;

@@ -19,11 +19,11 @@ from .verilated import PortsTop, build_library
 
 
 class StreamTop(PortsTop):
-    """The core with its sink, source and settings as plain ports, whatever fields they have.
+    """The core with its sink, source, settings and status as plain ports, whatever fields they have.
 
     A pipeline core, one whose endpoints never stall, has no ready of its own.
     """
-    def __init__(self, core, settings: Sequence[str], pipeline: bool) -> None:
+    def __init__(self, core, settings: Sequence[str], pipeline: bool, status: Sequence[str] = ()) -> None:
         PortsTop.__init__(self, core)
         for side in ["sink", "source"]:
             endpoint = getattr(core, side)
@@ -42,9 +42,12 @@ class StreamTop(PortsTop):
         for name in settings:
             setting = getattr(core, name)
             self.comb += setting.eq(self.port(f"setting_{name}", len(setting)))
+        for name in status:
+            signal = getattr(core, name)
+            self.comb += self.port(f"status_{name}", len(signal)).eq(signal)
 
 
-def ports_header(sink_bits: int, source_bits: int, settings: Sequence[str]) -> str:
+def ports_header(sink_bits: int, source_bits: int, settings: Sequence[str], status: Sequence[str] = ()) -> str:
     """C++ functions that move words to and from the model's ports, which Verilator types by their width."""
     def move(bits: int, port: str, target: str) -> list[str]:
         lines = []
@@ -57,6 +60,7 @@ def ports_header(sink_bits: int, source_bits: int, settings: Sequence[str]) -> s
         return lines
 
     cases = [f"    case {index}: model.setting_{name} = value; break;" for index, name in enumerate(settings)]
+    shown = [f"    case {index}: return model.status_{name};" for index, name in enumerate(status)]
     return "\n".join([
         '#include "Vcore.h"',
         "using Model = Vcore;",
@@ -66,7 +70,9 @@ def ports_header(sink_bits: int, source_bits: int, settings: Sequence[str]) -> s
         "static inline void get_source(Model &model, uint32_t *words)", "{",
         *move(source_bits, "source_data", "words"), "}",
         "static inline void set_setting(Model &model, uint32_t setting, uint32_t value)", "{",
-        "    switch (setting) {", *cases, "    }", "}", ""])
+        "    switch (setting) {", *cases, "    }", "}",
+        "static inline uint32_t get_status(Model &model, uint32_t status)", "{",
+        "    switch (status) {", *shown, "    }", "    return 0;", "}", ""])
 
 
 class _Run(ctypes.Structure):
@@ -101,22 +107,26 @@ class StreamCore:
         Names of the core's Signals that `set` may drive.
     pipeline
         The core never stalls and has no ready.
+    status
+        Names of the core's Signals that `get` may read.
     """
-    def __init__(self, core, settings: Sequence[str] = (), pipeline: bool = False) -> None:
+    def __init__(self, core, settings: Sequence[str] = (), pipeline: bool = False, status: Sequence[str] = ()) -> None:
         self.settings    = list(settings)
-        top              = StreamTop(core, settings, pipeline)
+        self.status      = list(status)
+        top              = StreamTop(core, settings, pipeline, status)
         bits             = {side: sum(len(getattr(getattr(core, side), name))
                                       for name, *_ in getattr(core, side).description.payload_layout)
                             for side in ("sink", "source")}
         self.sink_words   = -(-bits["sink"]//32)
         self.source_words = -(-bits["source"]//32)
-        library           = build_library(top, ports_header(bits["sink"], bits["source"], settings), "stream_bench.cpp")
+        library           = build_library(top, ports_header(bits["sink"], bits["source"], settings, status),
+                                          "stream_bench.cpp")
         self._library     = ctypes.CDLL(str(library))
         self._library.core_new.restype  = ctypes.c_void_p
         for name, types in [("core_free", []), ("core_reset", []), ("core_run", [ctypes.POINTER(_Run)]),
-                            ("core_set", [ctypes.c_uint32, ctypes.c_uint32])]:
+                            ("core_set", [ctypes.c_uint32, ctypes.c_uint32]), ("core_get", [ctypes.c_uint32])]:
             function          = getattr(self._library, name)
-            function.restype  = None
+            function.restype  = ctypes.c_uint32 if name == "core_get" else None
             function.argtypes = [ctypes.c_void_p, *types]
         self._core = self._library.core_new()
         self.reset()
@@ -135,6 +145,10 @@ class StreamCore:
         """Drive settings, by name."""
         for name, value in settings.items():
             self._library.core_set(self._core, self.settings.index(name), value)
+
+    def get(self, name: str) -> int:
+        """A status, by name."""
+        return int(self._library.core_get(self._core, self.status.index(name)))
 
     def run(self, words: NDArray[np.uint32], outputs: int, *, first: NDArray[np.bool_] | None = None,
             last: NDArray[np.bool_] | None = None, valid: float = 1.0, ready: float = 1.0, seed: int = 0,

@@ -12,35 +12,45 @@ from litex.soc.interconnect import stream
 from .common      import *
 from .memory_port import MemoryWriter, word_address, word_bytes
 
-# Map Writer ---------------------------------------------------------------------------------------
+# Stream Writer ------------------------------------------------------------------------------------
 
-class MapWriter(LiteXModule):
-    """Write a stream of disparities to memory, int16 in raster order, in bursts.
+class StreamWriter(LiteXModule):
+    """Write a stream of items to memory, one behind the other, in bursts.
 
-    The base address is a multiple of the port's word. Whole words are written: up to a word less two bytes behind the map is
-    overwritten with undefined values.
+    The base address is a multiple of the port's word. Whole words are written: up to a word less an item behind the last
+    one is overwritten with undefined values.
 
-    A frame runs from `start` (one clock, while `idle`) to the pixel marked last. `stop`, held until `idle`, gives it up:
+    A block runs from `start` (one clock, while `idle`) to the item marked last. `stop`, held until `idle`, gives it up:
     what is under way is written, the rest is thrown away.
+
+    Parameters
+    ----------
+    port : wishbone.Interface or LiteDRAMNativePort
+        Way to memory.
+    bits : int
+        Of an item: not more than the port's.
+    burst_bytes : int
+        Bytes that are written in one go.
     """
-    def __init__(self, port, burst_bytes=128):
+    def __init__(self, port, bits, burst_bytes=128):
         burst = burst_bytes//word_bytes(port)
-        self.sink  = stream.Endpoint(disparity_layout()) # Disparities, the frame's last one marked.
-        self.base  = Signal(32)                          # Byte address of the map.
-        self.start = Signal()                            # Begin a frame (pulse).
-        self.stop  = Signal()                            # Give the frame up (level).
-        self.idle  = Signal()                            # No frame, everything is in memory.
-        self.error = Signal()                            # Bus error (pulse).
+        check(bits <= port.data_width, f"items of {bits} bits do not fit the port's words of {port.data_width}.")
+        self.sink  = stream.Endpoint([("data", bits)]) # Items, the block's last one marked.
+        self.base  = Signal(32)                        # Byte address of the first.
+        self.start = Signal()                          # Begin a block (pulse).
+        self.stop  = Signal()                          # Give the block up (level).
+        self.idle  = Signal()                          # No block, everything is in memory.
+        self.error = Signal()                          # Bus error (pulse).
 
         # # #
 
         self.writer = writer = MemoryWriter(port, fifo_depth=max(4, burst))
         self.comb += self.error.eq(writer.error)
 
-        # Disparities to words. (LiteX's Converter would do, but its mark `last` outlives a reset.)
-        # -----------------------------------------------------------------------------------------
+        # Items to words. (LiteX's Converter would do, but its mark `last` outlives a reset.)
+        # -----------------------------------------------------------------------------------
         self.fifo = fifo = ResetInserter()(stream.SyncFIFO([("data", port.data_width)], 2*burst))
-        lanes     = port.data_width//DISPARITY_BITS
+        lanes     = port.data_width//bits
         running   = Signal()
         word      = Signal(port.data_width)
         lane      = Signal(max=max(lanes, 2))
@@ -57,7 +67,7 @@ class MapWriter(LiteXModule):
                 full.eq(0)
             ),
             If(self.sink.valid & self.sink.ready,
-                Case(lane, {n: part.eq(self.sink.disparity) for n, part in enumerate(lanes_of(word, lanes))}),
+                Case(lane, {n: part.eq(self.sink.data) for n, part in enumerate(lanes_of(word, lanes))}),
                 lane.eq(lane + 1),
                 If((lane == lanes - 1) | self.sink.last,
                     lane.eq(0),
@@ -71,11 +81,11 @@ class MapWriter(LiteXModule):
             ),
         ]
 
-        # Words to memory: a burst when one is complete, or when the map is.
+        # Words to memory: a burst when one is complete, or when the block is.
         # ------------------------------------------------------------------
         position  = Signal(32)
         under_way = Signal(max=4*burst + 1)
-        packed    = Signal() # The map's last word is in the FIFO.
+        packed    = Signal() # The block's last word is in the FIFO.
         asked     = Signal()
         last      = Signal()
         address, compute_address = word_address(port, self.base, position)

@@ -1,0 +1,151 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+from migen import *
+
+from litex.soc.interconnect.csr import *
+from litex.soc.integration.doc  import ModuleDoc
+
+LINK_VERSION = (0, 1) # Of the register interface: major, minor.
+
+STAGED_JOB = {
+    "address":  "IPv4 address of the peer that gets the message.",
+    "port":     "UDP port of that peer.",
+    "type":     "Type of the message.",
+    "session":  "Session of the message.",
+    "sequence": "Sequence of the message.",
+    "frame_id": "Frame id of the message.",
+    "offset":   "Offset of the message; it grows by 1024 with each message of a run.",
+    "base":     "Byte address of the payload, a multiple of ``alignment``; it grows likewise.",
+    "length":   "Bytes of payload: of a reply 0 to 1024, of a run any number.",
+}
+
+COUNTERS = {
+    "datagrams_received":    "Datagrams that came to the port.",
+    "datagrams_malformed":   "Datagrams dropped: wrong length, magic or CRC.",
+    "datagrams_overrun":     "Messages dropped: they came faster than memory takes them.",
+    "mailbox_overrun":       "Messages dropped: the mailbox was full.",
+    "uploads_foreign":       "Chunks dropped: not of the session, or not from its peer.",
+    "uploads_unfit":         "Chunks dropped: no open slot has such a frame, or the frame such a chunk.",
+    "chunks_received":       "Chunks written.",
+    "chunks_repeated":       "Chunks that had been written before, and were not again.",
+    "chunks_while_matching": "Chunks written while the matcher was at work.",
+    "datagrams_sent":        "Datagrams sent.",
+}
+
+# Frame Link CSR -----------------------------------------------------------------------------------
+
+class FrameLinkCSR:
+    """Registers of the frame link."""
+
+    def add_csr(self):
+        self.intro = ModuleDoc("""Frame link
+
+        Takes messages of the link protocol from UDP datagrams. UPLOADs are written to the slot of their frame; all other
+        messages to the mailbox, for the software. Sends messages whose payload is in memory.
+
+        To begin: write ``mailbox_base``, then 1 to ``enable`` in ``control``. For each message in the mailbox: read it, and
+        write ``mailbox_consumed``. Entry n stands at ``mailbox_base`` + (n modulo ``mailbox_entries``) x 2048: address of its
+        sender (4 bytes), port (2), length of the message (2), message. Messages are whole, and their CRC is right.
+
+        To take a frame: write ``token`` and ``peer``; stage the frame in ``slot_*`` and open its slot. ``missing`` and ``arrived``
+        tell what has come. Close the slot, and wait while ``writing`` names it, before its memory is used for anything else.
+
+        To send: stage the message in ``send_*`` and write 1 to ``reply``, or, for all of a map, to ``run``.
+
+        A CPU that caches has to invalidate its lines of the mailbox before it reads a message.
+        """)
+        self.add_capabilities()
+        self.add_session()
+        self.add_slots()
+        self.add_mailbox()
+        self.add_sender()
+        for name, description in COUNTERS.items():
+            self.add_status(name, 32, self.counters[name], description)
+
+    def add_status(self, name, size, value, description):
+        """A register that shows a value."""
+        status = CSRStatus(size, name=name, description=description)
+        setattr(self, f"_{name}", status)
+        self.comb += status.status.eq(value)
+
+    def add_storage(self, name, signal, description):
+        """A register that drives a Signal."""
+        storage = CSRStorage(len(signal), name=name, description=description)
+        setattr(self, f"_{name}", storage)
+        self.comb += signal.eq(storage.storage)
+
+    def add_capabilities(self):
+        major, minor = LINK_VERSION
+        self.add_status("version",         16, major << 8 | minor,    "Version of these registers: major x 256 + minor.")
+        self.add_status("slots",            8, self.slots,            "Slots.")
+        self.add_status("max_chunks",      16, self.max_chunks,       "Most chunks of a frame, both images.")
+        self.add_status("mailbox_entries",  8, self.mailbox_entries,  "Messages that the mailbox holds.")
+        self.add_status("alignment",       16, self.alignment,        "What bases are multiples of, in bytes.")
+        self.add_status("address",         32, self.address,          "IPv4 address of the device.")
+        self.add_status("port",            16, self.port,             "UDP port of the device.")
+
+    def add_session(self):
+        self._control = CSRStorage(name="control", fields=[
+            CSRField("enable", size=1, description="Take messages; otherwise all are thrown away.")])
+        self.comb += self.sorter.enable.eq(self._control.fields.enable)
+        self.add_storage("token",        self.sorter.token,        "Token of the session; 0 if there is none.")
+        self.add_storage("peer_address", self.sorter.peer_address, "IPv4 address of the session's peer.")
+        self.add_storage("peer_port",    self.sorter.peer_port,    "UDP port of the session's peer.")
+
+    def add_slots(self):
+        table = self.table
+        self.add_storage("slot_frame_id", table.frame_id, "Id of the frame to open.")
+        self.add_storage("slot_base",     table.base,     "Byte address of its left image, a multiple of ``alignment``.")
+        self.add_storage("slot_pixels",   table.pixels,   "Pixels of one image; the right one begins behind that many bytes, "
+                                                          "rounded up to whole chunks of 1024.")
+        self._slot_control = CSRStorage(name="slot_control", fields=[
+            CSRField("slot",  size=4, offset=0, description="Slot."),
+            CSRField("open",  size=1, offset=8, pulse=True, description="Write 1 to open it for the staged frame. Not while clearing."),
+            CSRField("close", size=1, offset=9, pulse=True, description="Write 1 to close it."),
+        ])
+        self._slot_status = CSRStatus(name="slot_status", fields=[
+            CSRField("clearing", size=1, offset=0, description="A slot that was opened is not ready yet."),
+            CSRField("writing",  size=1, offset=1, description="A chunk is on its way to memory."),
+            CSRField("slot",     size=4, offset=4, description="Slot of that chunk."),
+        ])
+        self.comb += [
+            table.slot.eq(self._slot_control.fields.slot),
+            table.open.eq(self._slot_control.fields.open),
+            table.close.eq(self._slot_control.fields.close),
+            self._slot_status.fields.clearing.eq(table.clearing),
+            self._slot_status.fields.writing.eq(self.sorter.writing),
+            self._slot_status.fields.slot.eq(table.found),
+        ]
+        self.add_storage("arrived_index", table.index, "Word to look at: slot x (``max_chunks`` / 32) + word.")
+        self.add_status("arrived", 32, table.arrived,  "A bit per chunk, 1 if it is in memory; bit i of word w is chunk 32 x w + i.")
+        self.add_status("missing", 16, table.missing,  "Chunks missing of the slot that is looked at.")
+
+    def add_mailbox(self):
+        sorter = self.sorter
+        self.add_storage("mailbox_base",     sorter.mailbox_base, "Byte address of the mailbox, a multiple of ``alignment``.")
+        self.add_status("mailbox_produced", 8, sorter.produced,   "Messages ever put in, modulo 256.")
+        self.add_storage("mailbox_consumed", sorter.consumed,     "Messages ever taken out, modulo 256.")
+
+    def add_sender(self):
+        queue = self.queue
+        for name, description in STAGED_JOB.items():
+            self.add_storage(f"send_{name}", getattr(queue.job, name), description)
+        self._send_control = CSRStorage(name="send_control", fields=[
+            CSRField("reply", size=1, pulse=True, description="Write 1 to send the staged message. Ignored while busy."),
+            CSRField("run",   size=1, pulse=True, description="Write 1 to send a message per 1024 bytes begun. Ignored while busy."),
+            CSRField("abort", size=1, pulse=True, description="Write 1 to give the run up, after the message that is being read."),
+        ])
+        self._send_status = CSRStatus(name="send_status", fields=[
+            CSRField("reply_busy", size=1, description="The payload of the reply has not been read yet."),
+            CSRField("run_busy",   size=1, description="Some payload of the run has not been read yet."),
+        ])
+        self.comb += [
+            queue.reply.eq(self._send_control.fields.reply),
+            queue.run.eq(self._send_control.fields.run),
+            queue.abort.eq(self._send_control.fields.abort),
+            self._send_status.fields.reply_busy.eq(queue.reply_busy),
+            self._send_status.fields.run_busy.eq(queue.run_busy),
+        ]

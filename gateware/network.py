@@ -1,0 +1,132 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+from migen import *
+
+from litex.gen import *
+
+from litex.soc.interconnect import stream
+
+from liteeth.common       import convert_ip, eth_min_frame_length, eth_fcs_length, eth_phy_description
+from liteeth.core.arp     import LiteEthARP
+from liteeth.core.icmp    import LiteEthICMP
+from liteeth.core.ip      import LiteEthIP
+from liteeth.core.udp     import LiteEthUDP
+from liteeth.mac.common   import LiteEthMACCrossbar, LiteEthMACDepacketizer, LiteEthMACPacketizer
+from liteeth.mac.crc      import LiteEthMACCRC32Checker, LiteEthMACCRC32Inserter
+from liteeth.mac.gap      import LiteEthMACGap
+from liteeth.mac.last_be  import LiteEthMACRXLastBE, LiteEthMACTXLastBE
+from liteeth.mac.padding  import LiteEthMACPaddingInserter
+from liteeth.mac.preamble import LiteEthMACPreambleChecker, LiteEthMACPreambleInserter
+
+WORD_BITS = 32 # Between MAC and UDP: wide enough that the system's clock may be slower than the wire's.
+
+# MAC Pipelines ------------------------------------------------------------------------------------
+
+class Registered(LiteXModule):
+    """Cores of one clock domain in a row, with a register for data and one for ready between each two.
+
+    Without them the ready of a MAC's sender runs through preamble, CRC and converter in one clock, too long for 125 MHz.
+    """
+    def __init__(self, clock_domain, cores):
+        renamed = ClockDomainsRenamer(clock_domain)
+        before  = None
+        for core in cores:
+            core = renamed(core)
+            self.submodules += core
+            if before is not None:
+                register = renamed(stream.Buffer(before.source.description, pipe_valid=True, pipe_ready=True))
+                self.submodules += register
+                self.comb += [
+                    before.source.connect(register.sink),
+                    register.source.connect(core.sink),
+                ]
+            before = core
+        self.sink   = cores[0].sink
+        self.source = cores[-1].source
+
+class MACSender(LiteXModule):
+    """Frames, words of 32 bits in `sys`, to the PHY: padding, CRC, preamble, gap."""
+    def __init__(self, phy):
+        byte, word = eth_phy_description(8), eth_phy_description(WORD_BITS)
+        self.sink  = stream.Endpoint(word)
+
+        # # #
+
+        cores = [
+            stream.StrideConverter(word, byte),
+            LiteEthMACTXLastBE(8),
+            LiteEthMACPaddingInserter(8, eth_min_frame_length - eth_fcs_length),
+        ]
+        if getattr(phy, "with_preamble_crc", True):
+            cores += [LiteEthMACCRC32Inserter(byte), LiteEthMACPreambleInserter(8)]
+        cores.append(LiteEthMACGap(8))
+        self.crossing  = crossing  = stream.ClockDomainCrossing(word, "sys", "eth_tx", depth=64, buffered=True)
+        self.registers = registers = Registered("eth_tx", cores)
+        self.comb += [
+            self.sink.connect(crossing.sink),
+            crossing.source.connect(registers.sink),
+            registers.source.connect(phy.sink),
+        ]
+
+class MACReceiver(LiteXModule):
+    """Frames from the PHY, as words of 32 bits in `sys`; frames with a wrong CRC are marked as errors."""
+    def __init__(self, phy):
+        byte, word  = eth_phy_description(8), eth_phy_description(WORD_BITS)
+        self.source = stream.Endpoint(word)
+
+        # # #
+
+        cores = [LiteEthMACRXLastBE(8), stream.StrideConverter(byte, word)]
+        if getattr(phy, "with_preamble_crc", True):
+            cores = [LiteEthMACPreambleChecker(8), LiteEthMACCRC32Checker(byte), *cores]
+        self.registers = registers = Registered("eth_rx", cores)
+        self.crossing  = crossing  = stream.ClockDomainCrossing(word, "eth_rx", "sys", depth=64, buffered=True)
+        self.comb += [
+            phy.source.connect(registers.sink),
+            registers.source.connect(crossing.sink),
+            crossing.source.connect(self.source),
+        ]
+
+class MAC(LiteXModule):
+    """What LiteEth's protocols want of a MAC, around the two pipelines."""
+    def __init__(self, phy):
+        self.sender       = sender       = MACSender(phy)
+        self.receiver     = receiver     = MACReceiver(phy)
+        self.crossbar     = crossbar     = LiteEthMACCrossbar(WORD_BITS)
+        self.packetizer   = packetizer   = LiteEthMACPacketizer(WORD_BITS)
+        self.depacketizer = depacketizer = LiteEthMACDepacketizer(WORD_BITS)
+        self.comb += [
+            crossbar.master.source.connect(packetizer.sink),
+            packetizer.source.connect(sender.sink),
+            receiver.source.connect(depacketizer.sink),
+            depacketizer.source.connect(crossbar.master.sink),
+        ]
+
+# Network ------------------------------------------------------------------------------------------
+
+class Network(LiteXModule):
+    """LiteEth's ARP, ICMP echo, IP and UDP at 32 bits in `sys`, on a PHY of a byte per clock.
+
+    Parameters
+    ----------
+    phy
+        LiteEth PHY, 8 bits wide, with its clock domains `eth_rx` and `eth_tx`.
+    mac_address, ip_address : int, str
+        Of the device; the IP address as an int or in dots.
+    clk_freq : int
+        Of `sys` in Hz, for ARP's timeouts.
+    """
+    def __init__(self, phy, mac_address, ip_address, clk_freq):
+        self.ip_address = ip_address = convert_ip(ip_address)
+        self.mac  = MAC(phy)
+        self.arp  = LiteEthARP(self.mac, mac_address, ip_address, clk_freq, entries=4, dw=WORD_BITS)
+        self.ip   = LiteEthIP(self.mac, mac_address, ip_address, self.arp.table, with_broadcast=False, dw=WORD_BITS)
+        self.icmp = LiteEthICMP(self.ip, ip_address, dw=WORD_BITS)
+        self.udp  = LiteEthUDP(self.ip, ip_address, dw=WORD_BITS)
+
+    def get_port(self, udp_port):
+        """Streams of datagrams from and to a UDP port."""
+        return self.udp.crossbar.get_port(udp_port, dw=WORD_BITS)

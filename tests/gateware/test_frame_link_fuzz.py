@@ -1,0 +1,132 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""A hundred thousand datagrams of a clumsy or hostile host into the frame link, with every byte of memory watched."""
+
+from __future__ import annotations
+
+import os
+import random
+
+from litestereo.host_tools.protocol import CHUNK_BYTES
+from support.link_bench import (
+    MAILBOX_BASE,
+    MEMORY_BYTES,
+    PEER,
+    SLOT_BYTES,
+    SLOTS,
+    Datagram,
+    LinkBench,
+    chunk_offsets,
+    upload,
+    with_crc,
+)
+from support.pairs import byte_generator
+
+DATAGRAMS = int(os.environ.get("LITESTEREO_DATAGRAMS", "100000"))
+BATCH     = 250
+
+WORD_BYTES    = 8
+MAILBOX_BYTES = 8*2048
+
+
+class Hostile:
+    """Datagrams near to what would do harm, and the memory as it has to be after them."""
+    def __init__(self, rng: random.Random, memory: bytes) -> None:
+        self.rng    = rng
+        self.memory = bytearray(memory)
+        self.known  = bytearray(b"\1"*len(memory))          # 0: may be anything.
+        self.known[MAILBOX_BASE:MAILBOX_BASE + MAILBOX_BYTES] = bytes(MAILBOX_BYTES)
+        self.open:    dict[int, tuple[int, int]] = {}       # Frame id and pixels by slot,
+        self.arrived: dict[int, set[int]]        = {}       # and offsets that have come.
+
+    def reopen(self, slot: int) -> tuple[int, int]:
+        """Another frame for the slot."""
+        self.open[slot]    = (self.rng.randrange(1, 9)*SLOTS + slot, self.rng.randint(1, 10*CHUNK_BYTES))
+        self.arrived[slot] = set()
+        return self.open[slot]
+
+    def datagram(self) -> Datagram:
+        """Something for the wire; what must be written is written in `memory`."""
+        rng             = self.rng
+        slot            = rng.randrange(SLOTS)
+        frame_id, image = self.open[slot]
+        offset, length  = rng.choice(chunk_offsets(image))
+        kind            = rng.randrange(8)
+        payload         = rng.randbytes(length)
+        if kind <= 2:
+            if offset not in self.arrived[slot]:
+                self.arrived[slot].add(offset)
+                self.write(slot*SLOT_BYTES + offset, payload)
+            return Datagram(upload(frame_id, offset, payload))
+        if kind == 3:
+            # A field changed, the CRC right.
+            data  = bytearray(upload(frame_id, offset, payload)[:-4])
+            place = rng.choice([*range(4, 8), *range(12, 24)])
+            data[place] ^= 1 << rng.randrange(8)
+            changed = int.from_bytes(data[12:16], "little"), int.from_bytes(data[16:20], "little")
+            if place >= 12 and self.would_fit(*changed, length) and place < 20:
+                return self.datagram()
+            return Datagram(with_crc(bytes(data)))
+        if kind == 4:
+            # A bit changed, the CRC not.
+            data = bytearray(upload(frame_id, offset, payload))
+            data[rng.randrange(len(data))] ^= 1 << rng.randrange(8)
+            return Datagram(bytes(data))
+        if kind == 5:
+            return Datagram(rng.randbytes(rng.randint(1, 1500)), (rng.getrandbits(32), rng.getrandbits(16)))
+        if kind == 6:
+            return Datagram(upload(frame_id, offset, payload), (PEER[0], rng.randrange(PEER[1])))
+        wild = [rng.choice([0, offset, image, rng.getrandbits(32), 0xffffffff - rng.randrange(2048)]) for _ in range(2)]
+        length = rng.choice([0, length, CHUNK_BYTES, rng.randint(0, CHUNK_BYTES)])
+        if self.would_fit(frame_id, wild[0], length):
+            return self.datagram()
+        return Datagram(upload(frame_id, wild[0], rng.randbytes(length)))
+
+    def write(self, start: int, payload: bytes) -> None:
+        """A chunk; the rest of its last word is not defined."""
+        end, word_end = start + len(payload), start + -(-len(payload)//WORD_BYTES)*WORD_BYTES
+        self.memory[start:end]   = payload
+        self.known[start:end]    = b"\1"*len(payload)
+        self.known[end:word_end] = bytes(word_end - end)
+
+    def would_fit(self, frame_id: int, offset: int, length: int) -> bool:
+        """Whether that is a chunk after all."""
+        return any(frame_id == opened and (offset, length) in chunk_offsets(pixels)
+                   for opened, pixels in self.open.values())
+
+
+def test_nothing_is_written_but_chunks():
+    rng  = byte_generator(DATAGRAMS)
+    link = LinkBench(8*WORD_BYTES)
+    link.core.reset()
+    link.begin()
+    hostile = Hostile(rng, link.memory(0, MEMORY_BYTES))
+    for slot in range(SLOTS):
+        frame_id, pixels = hostile.reopen(slot)
+        link.open(slot, frame_id, pixels)
+    for done in range(0, DATAGRAMS, BATCH):
+        link.receive([hostile.datagram() for _ in range(BATCH)], 0.2, seed=done, settle=600)
+        link.set(consumed=link.get("produced"))
+        slot = rng.randrange(SLOTS)
+        link.close(slot)
+        frame_id, pixels = hostile.reopen(slot)
+        link.open(slot, frame_id, pixels)
+        if done//BATCH % 40 == 39:
+            check(link, hostile)
+    check(link, hostile)
+    counters = link.counters()
+    print(counters)
+    assert counters["datagrams_received"] == -(-DATAGRAMS//BATCH)*BATCH
+    assert counters["datagrams_overrun"] == 0
+    assert all(counters[name] > 0
+               for name in ("datagrams_malformed", "uploads_foreign", "uploads_unfit", "chunks_repeated"))
+
+
+def check(link: LinkBench, hostile: Hostile) -> None:
+    """Every byte of memory that is not the mailbox's."""
+    memory = link.memory(0, MEMORY_BYTES)
+    wrong  = [place for place in range(MEMORY_BYTES) if hostile.known[place] and memory[place] != hostile.memory[place]]
+    assert not wrong, f"{len(wrong)} bytes differ, the first at {wrong[0]:#x}"
