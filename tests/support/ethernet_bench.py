@@ -1,0 +1,133 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""The litex_sim module ethernet2socket without a simulator: see ethernet_bench.c."""
+
+from __future__ import annotations
+
+import fcntl
+import functools
+import importlib.util
+import json
+import re
+import shlex
+import shutil
+import subprocess
+from collections.abc import Sequence
+from pathlib import Path
+from types import TracebackType
+from typing import NamedTuple
+
+import pytest
+
+ROOT   = Path(__file__).parents[2]
+MODULE = ROOT / "sim" / "modules" / "ethernet2socket"
+OUT    = ROOT / "build" / "ethernet_bench"
+
+FLAGS = shlex.split("-std=c11 -Wall -Wextra -Werror -Wshadow -g -O1 -fsanitize=address,undefined "
+                    "-fno-sanitize-recover=all -fno-omit-frame-pointer")
+
+#: Counters of the module, in their order.
+OUTCOMES = ("datagram", "arp_request", "other", "short", "long", "ip_length", "ip_checksum", "fragment", "udp_length",
+            "udp_checksum", "sender", "unsent", "long_datagram", "datagram_elsewhere")
+
+
+class Frame(NamedTuple):
+    """A frame that came out of the module."""
+    session: int
+    clock:   int    #: of its first byte
+    data:    bytes
+
+
+def litex_sim_core() -> Path:
+    """LiteX's sources of litex_sim."""
+    (litex,) = importlib.util.find_spec("litex").submodule_search_locations
+    return Path(litex) / "build" / "sim" / "core"
+
+
+@functools.cache
+def build() -> Path:
+    """Builds the program under the sanitizers; skips the test if there is no compiler."""
+    if not shutil.which("gcc"):
+        pytest.skip("gcc is needed to build the module for this computer")
+    OUT.mkdir(parents=True, exist_ok=True)
+    with open(OUT / "lock", "w", encoding="ascii") as lock:
+        # Test processes may run side by side.
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        command = ["gcc", *FLAGS, "-isystem", litex_sim_core(), f"-I{MODULE}", ROOT / "tests/support/ethernet_bench.c",
+                   "-o", OUT / "new", "-ljson-c"]
+        done    = subprocess.run(command, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stderr
+        # A program that runs cannot be written to.
+        (OUT / "new").rename(OUT / "ethernet_bench")
+    return OUT / "ethernet_bench"
+
+
+class EthernetBench:
+    """The module with one or two sessions; a sanitizer's complaint fails the test at the end.
+
+    Parameters
+    ----------
+    arguments
+        Of each session, as in litex_sim's configuration; None for none.
+    """
+    def __init__(self, *arguments: dict[str, object] | None) -> None:
+        command: list[str | Path] = [build()]
+        for one in arguments or (None,):
+            command += [str((one or {}).get("clock", "sys_clk")), "" if one is None else json.dumps(one)]
+        pipe              = subprocess.PIPE
+        self._process     = subprocess.Popen(command, stdin=pipe, stdout=pipe, stderr=pipe, text=True)
+        self.ports        = [self._port() for _ in arguments or (None,)]  #: of 127.0.0.1, one per session
+        self.complaints: list[str] = []                                   #: what it said, known when it has ended
+
+    def __enter__(self) -> EthernetBench:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, value: BaseException | None,
+                 trace: TracebackType | None) -> None:
+        _, complaints   = self._process.communicate(timeout=10)
+        self.complaints = complaints.splitlines()
+        assert self._process.returncode == 0, complaints
+
+    def _port(self) -> int:
+        line  = self._process.stdout.readline()
+        match = re.fullmatch(r"\[ethernet2socket\] listening on 127\.0\.0\.1:(\d+)\n", line)
+        assert match, line + self._process.communicate()[1]
+        return int(match[1])
+
+    def _ask(self, command: str) -> list[list[str]]:
+        self._process.stdin.write(command + "\n")
+        self._process.stdin.flush()
+        answers = []
+        while (line := self._process.stdout.readline()) != "done\n":
+            assert line, self._process.communicate()[1]
+            answers.append(line.split())
+        return answers
+
+    def send(self, frames: Sequence[bytes], session: int = 0) -> None:
+        """Put frames of the SoC in line, a clock apart; they begin when time runs."""
+        for frame in frames:
+            self._ask(f"send {session} {frame.hex()}")
+
+    def run(self, clocks: int) -> list[Frame]:
+        """Let time run; the frames that the SoC got."""
+        return [Frame(int(session), int(clock), bytes.fromhex(data))
+                for _, session, clock, data in self._ask(f"run {clocks}")]
+
+    def deliver(self, frames: Sequence[bytes]) -> list[Frame]:
+        """Send frames of the SoC and let time run until the last one is through and answered."""
+        self.send(frames)
+        return self.run(sum(map(len, frames)) + len(frames) + 200)
+
+    def fuzz(self, frames: Sequence[bytes], seed: int, count: int) -> int:
+        """Send `count` mutations of `frames`; how many of them were datagrams for a socket, which none reaches."""
+        self.send(frames)
+        ((_, delivered),) = self._ask(f"fuzz 0 {seed} {count}")
+        return int(delivered)
+
+    def outcomes(self, session: int = 0) -> dict[str, int]:
+        """The counters that are not 0."""
+        ((_, *numbers),) = self._ask(f"outcomes {session}")
+        return {name: int(number) for name, number in zip(OUTCOMES, numbers, strict=True) if int(number)}
