@@ -25,8 +25,9 @@ from litedram.phy.model       import SDRAMPHYModel
 
 from migen.genlib.io import CRG
 
-from .stereo_soc import StereoSoC
-from .wide_ram   import WideRAM
+from .ethernet_model import EthernetPHYModel
+from .stereo_soc     import StereoSoC
+from .wide_ram       import WideRAM
 
 MAIN_RAM_BYTES = 8*1024*1024 # As the SDRAM of a Colorlight i5.
 FLASH_ORIGIN   = 0x3000_0000
@@ -48,12 +49,21 @@ IO = [
         Subsignal("sink_ready",   Pins(1)),
         Subsignal("sink_data",    Pins(8)),
     ),
+    ("eth_clk", 0, Pins(1)),
+    ("eth",     0,
+        Subsignal("source_valid", Pins(1)),
+        Subsignal("source_ready", Pins(1)),
+        Subsignal("source_data",  Pins(8)),
+        Subsignal("sink_valid",   Pins(1)),
+        Subsignal("sink_ready",   Pins(1)),
+        Subsignal("sink_data",    Pins(8)),
+    ),
 ]
 
 # Simulated SoCs -----------------------------------------------------------------------------------
 
 class SimulatedSoC(StereoSoC):
-    """What both simulated SoCs share: clock from the simulator, UART as a byte stream."""
+    """What both simulated SoCs share: clocks from the simulator, UART and Ethernet as byte streams."""
     def __init__(self, name, **kwargs):
         StereoSoC.__init__(self, SimPlatform("SIM", IO), SYS_CLK_FREQ, name=name, uart_name="sim", **kwargs)
         self.comb += self.platform.trace.eq(0)
@@ -61,12 +71,18 @@ class SimulatedSoC(StereoSoC):
     def add_clocking(self, platform, sys_clk_freq):
         self.crg = CRG(platform.request("sys_clk"))
 
+    def add_link(self):
+        self.ethphy = EthernetPHYModel(self.platform.request("eth_clk"), self.platform.request("eth"))
+        self.add_frame_link(self.ethphy, memory=self.memory, burst_bytes=self.burst_bytes)
+
     @staticmethod
     def sim_config():
-        """Configuration of litex_sim: the clock, and the UART on a socket."""
+        """Configuration of litex_sim: the clocks, and the UART and Ethernet on sockets."""
         config = SimConfig()
         config.add_clocker("sys_clk", freq_hz=SYS_CLK_FREQ)
+        config.add_clocker("eth_clk", freq_hz=SYS_CLK_FREQ)
         config.add_module("serial2socket", "serial")
+        config.add_module("ethernet2socket", "eth", clocks="eth_clk")
         return config
 
 class IntegratedRAMSoC(SimulatedSoC):
@@ -139,7 +155,7 @@ def build(memory, output_dir, matcher, modules_dir):
         run             = False,
         sim_config      = soc.sim_config(),
         interactive     = False,
-        extra_mods      = ["serial2socket"],
+        extra_mods      = ["serial2socket", "ethernet2socket"],
         extra_mods_path = modules_copy,
         opt_level       = "O3",
     )

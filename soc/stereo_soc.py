@@ -10,11 +10,12 @@ from litex.gen import *
 from litex.soc.integration.soc_core import SoCCore
 
 from ..gateware.parameters import FEATURES
+from .add_frame_link       import FrameLinkMixin
 from .add_stereo           import StereoMixin
 
 # Stereo SoC ---------------------------------------------------------------------------------------
 
-class StereoSoC(StereoMixin, SoCCore):
+class StereoSoC(StereoMixin, FrameLinkMixin, SoCCore):
     """The SoC of every target: VexRiscv, main memory, matcher and link.
 
     A target says what differs by overriding `add_clocking`, `add_main_memory` and `add_link`.
@@ -48,7 +49,8 @@ class StereoSoC(StereoMixin, SoCCore):
         self.add_constant("LITESTEREO_NAME", name)
         self.add_constant("UART_RX_FIFO_DEPTH", soc_kwargs["uart_fifo_depth"])
         self.add_constant("UART_TX_FIFO_DEPTH", soc_kwargs["uart_fifo_depth"])
-        memory = self.add_main_memory()
+        self.burst_bytes = burst_bytes
+        self.memory      = memory = self.add_main_memory()
         self.add_stereo(
             max_width      = max_width,
             disparities    = disparities,
@@ -70,4 +72,4 @@ class StereoSoC(StereoMixin, SoCCore):
         raise NotImplementedError
 
     def add_link(self):
-        """Add links besides the UART."""
+        """Add links besides the UART; their DMA gets its ports from `self.memory`."""

@@ -9,9 +9,11 @@ from __future__ import annotations
 
 import ipaddress
 import struct
+import zlib
 from typing import NamedTuple
 
 BROADCAST = "ff:ff:ff:ff:ff:ff"
+PREAMBLE  = b"\x55"*7 + b"\xd5"
 
 
 class Station(NamedTuple):
@@ -85,6 +87,18 @@ def arp(operation: int, sender: Station, target: Station, destination: str, sour
     packet = struct.pack(">HHBBH6s4s6s4s", 1, 0x0800, 6, 4, operation, mac_bytes(sender.mac), ip_bytes(sender.address),
                          mac_bytes(target.mac), ip_bytes(target.address))
     return ethernet(destination, source or sender.mac, 0x0806, packet)
+
+
+def on_the_wire(frame: bytes) -> bytes:
+    """A frame with its preamble and FCS."""
+    return PREAMBLE + frame + zlib.crc32(frame).to_bytes(4, "little")
+
+
+def off_the_wire(data: bytes) -> bytes:
+    """A frame without them; asserts that both are right."""
+    frame = data[len(PREAMBLE):-4]
+    assert data == on_the_wire(frame)
+    return frame
 
 
 def host_takes(frame: bytes, device: Station = DEVICE) -> tuple[int, bytes] | None:

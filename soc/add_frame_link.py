@@ -1,0 +1,60 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+from migen import *
+
+from ..gateware.frame_link import FrameLink
+from ..gateware.network    import Network
+from .add_stereo           import BusPorts
+
+UDP_PORT    = 19539 # As docs/protocol.md has it.
+MAC_ADDRESS = 0x10e2d5000002
+IP_ADDRESS  = "192.168.1.50"
+
+# Frame Link Mixin ---------------------------------------------------------------------------------
+
+class FrameLinkMixin:
+    """Gives a LiteX SoC the method `add_frame_link`: `class MySoC(FrameLinkMixin, SoCCore)`."""
+
+    def add_frame_link(self, phy, name="frame_link", mac_address=MAC_ADDRESS, ip_address=IP_ADDRESS, udp_port=UDP_PORT,
+        max_chunks=1024, memory=None, burst_bytes=128):
+        """Add the way of frames between Ethernet and memory: LiteEth's UDP core, and a `FrameLink` behind it.
+
+        Parameters
+        ----------
+        phy
+            LiteEth PHY, 8 bits wide, a module of this SoC.
+        name : str
+            Of the peripheral: prefix of its registers.
+        mac_address, ip_address, udp_port
+            Of the device.
+        max_chunks : int
+            Most chunks of 1024 bytes of a pair of images; a power of 2.
+        memory : object with `get_port(mode=...)`, optional
+            Where the DMA gets its ports: see `StereoMixin.add_stereo`.
+        burst_bytes : int
+            Bytes read or written in one go.
+        """
+        self.check_if_exists(name)
+        if memory is None:
+            memory = BusPorts(self, name)
+        network = Network(phy, mac_address, ip_address, self.clk_freq)
+        link    = FrameLink(
+            read_port   = memory.get_port(mode="read"),
+            write_port  = memory.get_port(mode="write"),
+            address     = network.ip_address,
+            port        = udp_port,
+            max_chunks  = max_chunks,
+            burst_bytes = burst_bytes,
+        )
+        port = network.get_port(udp_port)
+        self.comb += [
+            port.source.connect(link.sink),
+            link.source.connect(port.sink),
+        ]
+        if hasattr(self, "stereo"):
+            self.comb += link.matching.eq(self.stereo.busy)
+        self.add_module(name=f"{name}_network", module=network)
+        self.add_module(name=name, module=link)

@@ -1,0 +1,44 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+from migen import *
+
+from litex.gen import *
+
+from litex.soc.interconnect import stream
+
+from liteeth.common import eth_phy_description
+
+# Ethernet PHY Model -------------------------------------------------------------------------------
+
+class EthernetPHYModel(LiteXModule):
+    """PHY of the simulation: a byte per clock of the wire, without preamble and CRC; a frame is a run of valid bytes.
+
+    As LiteEthPHYModel, but on a clock of its own, as a real wire has.
+    """
+    dw                = 8
+    with_preamble_crc = False
+
+    def __init__(self, clock, pads):
+        self.sink   = sink   = stream.Endpoint(eth_phy_description(8))
+        self.source = source = stream.Endpoint(eth_phy_description(8))
+        self.cd_eth_rx = ClockDomain(reset_less=True)
+        self.cd_eth_tx = ClockDomain(reset_less=True)
+
+        # # #
+
+        self.comb += [
+            self.cd_eth_rx.clk.eq(clock),
+            self.cd_eth_tx.clk.eq(clock),
+            pads.source_valid.eq(sink.valid),
+            pads.source_data.eq(sink.data),
+            sink.ready.eq(1),
+            pads.sink_ready.eq(1),
+            source.last.eq(source.valid & ~pads.sink_valid),
+        ]
+        self.sync.eth_rx += [
+            source.valid.eq(pads.sink_valid),
+            source.data.eq(pads.sink_data),
+        ]

@@ -1,0 +1,201 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""MAC, LiteEth's UDP core and the frame link, from the wire's bytes to memory and back."""
+
+from __future__ import annotations
+
+import struct
+
+import numpy as np
+import pytest
+from liteeth.common import eth_phy_description
+from litex.gen import LiteXModule
+from litex.soc.interconnect import stream
+from migen import ClockDomain, ClockSignal, ResetSignal, Signal
+
+from litestereo.gateware.frame_link import FrameLink
+from litestereo.gateware.network import Network
+from litestereo.host_tools.protocol import Message, MessageType
+from litestereo.sim.stream_core import StreamCore
+from litestereo.soc.add_frame_link import IP_ADDRESS, MAC_ADDRESS, UDP_PORT
+from litestereo.soc.wide_ram import WideRAM
+from support.ethernet_frames import (
+    BROADCAST,
+    DEVICE,
+    HOST,
+    Station,
+    arp,
+    checksum,
+    datagram,
+    ethernet,
+    host_takes,
+    ip_bytes,
+    ip_packet,
+    off_the_wire,
+    on_the_wire,
+)
+from support.pairs import byte_generator
+
+TOKEN  = 0x1234
+PEER   = HOST._replace(port=40001)
+NOBODY = Station("00:00:00:00:00:00", HOST.address)
+
+
+class Wire(LiteXModule):
+    """A PHY on the clock of the system."""
+    dw = 8
+
+    def __init__(self, with_preamble_crc: bool) -> None:
+        self.with_preamble_crc = with_preamble_crc
+        self.sink   = stream.Endpoint(eth_phy_description(8))
+        self.source = stream.Endpoint(eth_phy_description(8))
+        self.cd_eth_rx = ClockDomain()
+        self.cd_eth_tx = ClockDomain()
+        for domain in (self.cd_eth_rx, self.cd_eth_tx):
+            self.comb += [domain.clk.eq(ClockSignal()), domain.rst.eq(ResetSignal())]
+
+
+class Device(LiteXModule):
+    """All of it with a memory, and the wire as bytes."""
+    def __init__(self, with_preamble_crc: bool) -> None:
+        self.wire    = wire = Wire(with_preamble_crc)
+        self.network = Network(wire, MAC_ADDRESS, IP_ADDRESS, clk_freq=1000000)
+        self.ram     = ram  = WideRAM(1 << 15)
+        self.link    = link = FrameLink(ram.get_port("read"), ram.get_port("write"), self.network.ip_address, UDP_PORT,
+                                        with_csr=False)
+        port = self.network.get_port(UDP_PORT)
+        self.sink, self.source = stream.Endpoint([("data", 8)]), stream.Endpoint([("data", 8)])
+        self.comb += [
+            port.source.connect(link.sink),
+            link.source.connect(port.sink),
+            self.sink.connect(wire.source, keep={"valid", "ready", "last", "data"}),
+            wire.sink.connect(self.source, keep={"valid", "ready", "last", "data"}),
+            link.sorter.enable.eq(1),
+            link.sorter.token.eq(TOKEN),
+            link.sorter.peer_address.eq(int.from_bytes(ip_bytes(PEER.address), "big")),
+            link.sorter.peer_port.eq(PEER.port),
+            link.sorter.mailbox_base.eq(1 << 14),
+            link.table.frame_id.eq(7),
+            link.table.pixels.eq(4096),
+            link.queue.job.address.eq(int.from_bytes(ip_bytes(PEER.address), "big")),
+            link.queue.job.port.eq(PEER.port),
+            link.queue.job.type.eq(0x87),
+        ]
+        self.open, self.run, self.length = link.table.open, link.queue.run, Signal(16)
+        self.comb += link.queue.job.length.eq(self.length)
+        self.produced, self.missing    = link.sorter.produced, link.table.missing
+        self.overrun,  self.malformed  = (link.counters[f"datagrams_{name}"] for name in ("overrun", "malformed"))
+
+
+class Host:
+    """The other end of the wire."""
+    def __init__(self, with_preamble_crc: bool) -> None:
+        self.framed = with_preamble_crc
+        self.core   = StreamCore(Device(with_preamble_crc), ["open", "run", "length"],
+                                 status=["produced", "missing", "overrun", "malformed"])
+
+    def exchange(self, frames: list[bytes], answers: int, settle: int = 3000) -> list[bytes]:
+        """Send frames one behind the other, and take frames of the device."""
+        if self.framed:
+            frames = [on_the_wire(frame) for frame in frames]
+        data  = np.frombuffer(b"".join(frames), np.uint8).astype(np.uint32)
+        last  = np.zeros(len(data), bool)
+        last[np.cumsum([len(frame) for frame in frames]) - 1 if frames else []] = True
+        taken: list[bytes] = []
+        while len(taken) < answers:
+            run   = self.core.run(data, 1 << 20 if answers > 1 else 1600, last=last, idle_clocks=settle)
+            ends  = np.flatnonzero(run.last)
+            bytes_ = run.words[:, 0].astype(np.uint8).tobytes()
+            begin = 0
+            for end in ends:
+                taken.append(bytes_[begin:end + 1])
+                begin = end + 1
+            assert begin == len(bytes_), "a frame without an end"
+            if not len(ends):
+                break
+            data, last = data[:0], last[:0]
+        if answers == 0:
+            self.core.run(data, 1, last=last, idle_clocks=settle)
+        return [off_the_wire(frame) for frame in taken] if self.framed else taken
+
+    def pulse(self, name: str) -> None:
+        self.core.set(**{name: 1})
+        self.core.run(np.zeros(0, np.uint32), 1, ready=0.0, idle_clocks=1)
+        self.core.set(**{name: 0})
+        self.core.run(np.zeros(0, np.uint32), 1, ready=0.0, idle_clocks=100)
+
+
+@pytest.fixture(scope="module", params=[False, True], ids=["model", "wire"])
+def host(request):
+    return Host(request.param)
+
+
+@pytest.fixture(autouse=True)
+def fresh(host):
+    # Between clock domains a reset takes some clocks to be seen on the other side.
+    for _ in range(8):
+        host.core.reset()
+
+
+def test_arp(host):
+    question = arp(1, HOST, DEVICE._replace(mac=NOBODY.mac), BROADCAST)
+    assert host.exchange([question], 1) == [arp(2, DEVICE, HOST, HOST.mac)]
+    assert host.exchange([arp(1, HOST, Station(NOBODY.mac, "192.168.1.51"), BROADCAST)], 1) == []
+
+
+def meet(host: Host, frames: list[bytes], answers: int) -> list[bytes]:
+    """Send frames; the device asks who the host is before its first answer."""
+    assert host.exchange(frames, 1) == [arp(1, DEVICE, Station(BROADCAST, HOST.address), BROADCAST)]
+    return host.exchange([arp(2, HOST, DEVICE, DEVICE.mac)], answers)
+
+
+@pytest.mark.parametrize("length", [18, 56, 57, 59])
+def test_ping(host, length):
+    def echo(kind: int) -> bytes:
+        packet = struct.pack(">BBHHH", kind, 0, 0, 1, 2) + bytes(range(length))
+        return packet[:2] + struct.pack(">H", checksum(packet)) + packet[4:]
+
+    (answer,) = meet(host, [ethernet(DEVICE.mac, HOST.mac, 0x0800, ip_packet(HOST.address, DEVICE.address, echo(8),
+                                                                               protocol=1))], 1)
+    packet = answer[14:14 + 20 + 8 + length]
+    assert packet[20:] == echo(0)
+
+
+def test_chunks_at_the_speed_of_the_wire_and_the_map_back(host):
+    rng    = byte_generator()
+    chunks = {offset: rng.randbytes(1024) for offset in range(0, 8192, 1024)}
+    host.pulse("open")
+    host.exchange([datagram(PEER, DEVICE, Message(MessageType.UPLOAD, TOKEN, 1, 7, offset, payload).encode())
+                   for offset, payload in chunks.items()], 0)
+    assert [host.core.get(name) for name in ("missing", "overrun", "malformed")] == [0, 0, 0]
+    host.core.set(length=8192)
+    host.pulse("run")
+    taken    = [host_takes(frame) for frame in meet(host, [], 8)]
+    messages = [Message.decode(payload) for port, payload in taken if port == PEER.port]
+    assert {message.offset: message.payload for message in messages} == chunks
+
+
+@pytest.mark.parametrize("length", [0, 1, 2, 3, 4, 1021, 1024])
+def test_letters(host, length):
+    host.exchange([datagram(PEER, DEVICE, Message(MessageType.CONFIGURE, payload=bytes(length)).encode())], 0)
+    assert host.core.get("produced") == 1
+
+
+def test_frames_for_others_and_broken_ones_do_no_harm(host):
+    rng    = byte_generator()
+    letter = datagram(PEER, DEVICE, Message(MessageType.HELLO, payload=bytes(4)).encode())
+    frames = [ethernet(rng.choice([DEVICE.mac, BROADCAST]), HOST.mac, rng.choice([0x0800, 0x0806, 0x86dd]),
+                       rng.randbytes(rng.randint(46, 1500))) for _ in range(300)]
+    for _ in range(300):
+        # Nothing but the UDP header and what pads is without a checksum that counts.
+        broken = bytearray(letter)
+        broken[rng.choice([*range(14, 34), *range(42, 74)])] ^= 1 << rng.randrange(8)
+        frames.append(bytes(broken))
+    rng.shuffle(frames)
+    host.exchange(frames, 0)
+    assert host.core.get("produced") == 0
+    host.exchange([letter], 0)
+    assert host.core.get("produced") == 1
