@@ -379,6 +379,14 @@ def test_port_in_use(bench):
     assert done.stderr == f"[ethernet2socket] cannot listen on port {port}: Address already in use\n"
 
 
+def test_clock_that_is_not_there():
+    """Without its pads the simulator does not run on as if all were well."""
+    done = subprocess.run([build(), "sys_clk", '{"clock": "rx_clk"}'], input="run 1\n", capture_output=True, text=True,
+                          check=False)
+    assert done.returncode == 1
+    assert done.stderr == "[ethernet2socket] needs the interfaces eth and rx_clk\n"
+
+
 def test_makefile(tmp_path):
     """LiteX's rules make the module of it."""
     (tmp_path / "variables.mak").write_text(f"SRC_DIR = {litex_sim_core()}\nEXTRA_MOD_BASE_DIR = {MODULE.parent}\n")
