@@ -72,7 +72,7 @@ def hardware_address() -> str | None:
 
 def main() -> None:
     """Start the simulation, talk, tell."""
-    with start_simulation(ram=sys.argv[1], link="tap"):
+    with start_simulation(ram=sys.argv[1], wire="tap"):
         print(json.dumps({"pings": [ping(bytes(range(length))) for length in (56, 1, 0)], "hello": hello(),
                           "hardware_address": hardware_address()}))
 
