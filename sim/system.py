@@ -72,7 +72,8 @@ class Simulation:
 
 
 def start_simulation(ram: str = "integrated-ram", port: int = 0, udp_port: int = 0, wire: str = "socket",
-                     byte_clock_hz: int = SYS_CLK_HZ, timeout_s: float = 300.0) -> Simulation:
+                     byte_clock_hz: int = SYS_CLK_HZ, capture: Path | None = None,
+                     timeout_s: float = 300.0) -> Simulation:
     """Build what is missing, start the simulation and wait for the firmware's prompt.
 
     Parameters
@@ -87,6 +88,8 @@ def start_simulation(ram: str = "integrated-ram", port: int = 0, udp_port: int =
         What the Ethernet is tied to: `socket`, or `tap`, LiteX's module, for a network interface tap0.
     byte_clock_hz
         Clock of the wire, a byte each; that of the SoC is 1000000.
+    capture
+        File for all frames on the wire, for Wireshark or `read_capture`; of the wire `socket` only.
     timeout_s
         Longest wait for the prompt, in seconds.
 
@@ -105,7 +108,7 @@ def start_simulation(ram: str = "integrated-ram", port: int = 0, udp_port: int =
     _prepare_memories(folder, soc / "gateware", ram, firmware)
     _prepare_modules(folder, soc / "gateware", {
         "serial2socket":   {"port": port},
-        "ethernet2socket": {"port": udp_port, "clock": "eth_clk"},
+        "ethernet2socket": {"port": udp_port, "clock": "eth_clk"} | ({"capture": str(capture)} if capture else {}),
         "ethernet":        {"interface": "tap0", "ip": "192.168.1.100"},
     }, wire, byte_clock_hz)
     with open(folder / "simulation.log", "wb") as log:

@@ -32,6 +32,7 @@ DEVICE   = "25k"
 
 # Clock and what it has to reach, in MHz: sys is that of a Colorlight i5, the other the wire's, a byte each.
 CONSTRAINTS = {"sys": 60, "eth_rx": 125}
+PINS        = {"sys": "sys_clk", "eth_rx": "rgmii_clock_rx"}
 
 # RGMII of a Colorlight i5: nextpnr wants to know where pins with delays are.
 SITES = {
@@ -107,10 +108,9 @@ def place() -> dict:
     top    = NetworkTop()
     text   = str(verilog.convert(top, ios=top.ios, name="top", special_overrides=lattice_ecp5_trellis_special_overrides))
     source = re.sub(r"^//.*$", "", text, flags=re.MULTILINE)
-    clocks = {"sys_clk": CONSTRAINTS["sys"], "rgmii_clock_rx": CONSTRAINTS["eth_rx"]}
     pins   = {name if len(sites) == 1 else f"{name}[{index}]": site for name, sites in SITES.items()
         for index, site in enumerate(sites)}
-    limits = "".join([f'FREQUENCY PORT "{pin}" {mhz} MHZ;\n' for pin, mhz in clocks.items()]
+    limits = "".join([f'FREQUENCY PORT "{PINS[name]}" {mhz} MHZ;\n' for name, mhz in CONSTRAINTS.items()]
         + [f'LOCATE COMP "{pin}" SITE "{site}";\nIOBUF PORT "{pin}" IO_TYPE=LVCMOS33;\n' for pin, site in pins.items()])
     script = "read_verilog top.v; synth_ecp5 -top top -json top.json"
     options = [f"--{DEVICE}", "--package", PACKAGE, "--speed", str(SPEED_GRADE), "--seed", str(SEED), "--timing-allow-fail",
@@ -128,7 +128,7 @@ def document(report: dict) -> str:
     """The document."""
     rows = []
     for name, mhz in CONSTRAINTS.items():
-        (achieved,) = (clock["achieved"] for net, clock in report["fmax"].items() if name in net)
+        (achieved,) = (clock["achieved"] for net, clock in report["fmax"].items() if PINS[name] in net)
         rows.append([f"`{name}`", mhz, f"{achieved:.1f}", "yes" if achieved >= mhz else "no"])
     sites = [[kind, site["used"], site["available"]] for kind, site in report["utilization"].items() if kind in
         ("TRELLIS_COMB", "TRELLIS_FF", "DP16KD")]
