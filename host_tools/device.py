@@ -15,7 +15,7 @@ from typing import Protocol
 from .call import LinkSettings
 from .devices.base import Device, DeviceInfo, Result
 from .devices.local import one_line, open_cosim, open_model
-from .devices.remote import RemoteDevice
+from .devices.serial_device import SerialDevice
 from .errors import DeviceError, UrlError
 from .transports import open_transport
 from .urls import DeviceUrl, parse_url
@@ -62,7 +62,7 @@ def connect(url: str, link_settings: LinkSettings | None = None) -> Device:
         return open_cosim(parsed)
     if parsed.scheme == "sim":
         return _open_simulation(parsed, link_settings or LinkSettings())
-    return RemoteDevice(url, open_transport(parsed), link_settings)
+    return SerialDevice(url, open_transport(parsed), link_settings)
 
 
 def _open_simulation(url: DeviceUrl, link_settings: LinkSettings) -> Device:
@@ -75,7 +75,7 @@ def _open_simulation(url: DeviceUrl, link_settings: LinkSettings) -> Device:
     except BaseException:
         simulation.close()
         raise
-    return RemoteDevice(url.text, line, replace(link_settings, hello_limit_s=limit_s), simulation.close)
+    return SerialDevice(url.text, line, replace(link_settings, hello_limit_s=limit_s), simulation.close)
 
 
 def _start(url: DeviceUrl, options: dict[str, int | str]) -> _Simulation:
