@@ -45,6 +45,23 @@ static void describe(app_t *app)
     };
 }
 
+/* Without UDP, or with one that this firmware does not know, there is still the serial line. */
+static void start_udp(app_t *app)
+{
+    status_t status = frame_link_init(&app->udp, app->mailbox);
+
+    if (status == STATUS_OK) {
+        app->info.address = app->udp.capabilities.address;
+        status            = udp_link_init(&app->udp_link, &app->udp, &app->session, &app->counters);
+    }
+    if (status == STATUS_OK) {
+        return;
+    }
+    if (app->udp.capabilities.version != 0) {
+        console_printf(&app->console, "\nThe frame link does not answer as one that this firmware knows: no UDP.\n");
+    }
+}
+
 status_t app_init(app_t *app)
 {
     size_t   size;
@@ -57,6 +74,7 @@ status_t app_init(app_t *app)
         .info     = &app->info,
         .matcher  = &app->matcher,
         .counters = &app->counters,
+        .session  = &app->session,
         .write    = write_line,
         .context  = &app->serial,
     };
@@ -78,6 +96,7 @@ status_t app_init(app_t *app)
     app->link.write_context   = &app->serial;
     app->link.console         = type_on_console;
     app->link.console_context = &app->console;
+    start_udp(app);
     console_start(&app->console);
     return STATUS_OK;
 }
@@ -93,5 +112,9 @@ void app_poll(app_t *app)
     } else {
         serial_link_poll(&app->link, clock);
     }
+    if (app->session.transfer != NULL) {
+        udp_link_poll(&app->udp_link, clock);
+    }
+    session_poll(&app->session, clock);
     matcher_poll(&app->matcher, clock);
 }

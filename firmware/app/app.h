@@ -7,7 +7,9 @@
 #ifndef LITESTEREO_APP_APP_H
 #define LITESTEREO_APP_APP_H
 
+#include "link/udp_link.h"
 #include "litestereo/console.h"
+#include "litestereo/frame_link.h"
 #include "litestereo/matcher.h"
 #include "litestereo/serial.h"
 #include "litestereo/serial_link.h"
@@ -23,6 +25,9 @@ typedef struct {
     session_t     session;   /**< The protocol. */
     serial_link_t link;      /**< The protocol on the line. */
     console_t     console;   /**< People on the line. */
+    frame_link_t  udp;       /**< The gateware between UDP and memory. */
+    udp_link_t    udp_link;  /**< The protocol over UDP. */
+    _Alignas(FRAME_ALIGNMENT) uint8_t mailbox[FRAME_LINK_MAILBOX_SIZE];  /**< Messages that came over UDP. */
 } app_t;
 
 /** Brings everything up and greets; says on the line what is wrong if something is. */

@@ -11,6 +11,7 @@
 #include <string.h>
 
 #include "commands.h"
+#include "litestereo/platform.h"
 
 #define PROMPT "litestereo> "
 
@@ -94,12 +95,18 @@ static bool command_info(console_t *console, char **argv)
     console_printf(console, "block size: %u to %u\n", info->limits.min_block_size, info->limits.max_block_size);
     console_printf(console, "frames: %u slots of %u pixels, at most %u wide\n", pool->slots,
         (unsigned)pool->max_pixels, info->max_width);
+    if (console->session->transfer != NULL) {
+        console_printf(console, "udp: %u.%u.%u.%u port %u\n", (unsigned)(info->address >> 24),
+            (unsigned)(info->address >> 16 & 0xff), (unsigned)(info->address >> 8 & 0xff),
+            (unsigned)(info->address & 0xff), PROTOCOL_UDP_PORT);
+    }
     return true;
 }
 
 static bool command_stats(console_t *console, char **argv)
 {
     (void)argv;
+    session_look(console->session, clock_now());
     for (unsigned i = 0; i < COUNTERS; i++) {
         console_printf(console, "%s: %u\n", counter_name(i), (unsigned)console->counters->value[i]);
     }

@@ -16,7 +16,9 @@ typedef struct {
     const message_t *request;  /**< What the host asks. */
     uint8_t         *payload;  /**< Room for the payload of the reply, PROTOCOL_CHUNK_SIZE bytes. */
     uint32_t         length;   /**< Bytes of it in use. */
-    uint32_t         clock;    /**< Uptime in clocks, modulo 2**32. */
+    uint64_t         clock;    /**< Uptime in clocks. */
+    const peer_t    *peer;     /**< Whom the request came from. */
+    bool             silent;   /**< There is no reply: it is made past the session, or there is none to make. */
     uint16_t         error;    /**< enum protocol_error; ERROR_NONE where the request was done. */
     uint32_t         detail;   /**< Detail of the error. */
 } exchange_t;
@@ -36,11 +38,44 @@ void session_bye(session_t *session, exchange_t *exchange);
 
 /* Requests about one frame, in session_frames.c. */
 void session_open(session_t *session, exchange_t *exchange);
-void session_upload(session_t *session, exchange_t *exchange);
 void session_start(session_t *session, exchange_t *exchange);
 void session_status(session_t *session, exchange_t *exchange);
-void session_read(session_t *session, exchange_t *exchange);
 void session_release(session_t *session, exchange_t *exchange);
+
+/* Requests about pieces of a frame, in session_pieces.c. */
+void session_upload(session_t *session, exchange_t *exchange);
+void session_missing(session_t *session, exchange_t *exchange);
+void session_read(session_t *session, exchange_t *exchange);
+
+/** Judges, in session_peer.c, whether a request comes from whom the session belongs to; refuses it if not. */
+bool session_admit(session_t *session, exchange_t *exchange);
+
+/** What moves images and maps of the session past it; null if it is one of the serial line. */
+static inline const session_transfer_t *session_transfer(const session_t *session)
+{
+    return session->peer.udp ? session->transfer : NULL;
+}
+
+/** Most pixels of a frame of the session. */
+static inline uint32_t session_max_pixels(const session_t *session)
+{
+    const session_transfer_t *transfer = session_transfer(session);
+    uint32_t                  most     = session->pool->max_pixels;
+
+    return transfer != NULL && transfer->max_pixels < most ? transfer->max_pixels : most;
+}
+
+/** Frame of the link with that id; null if there is none. */
+static inline frame_t *session_find(session_t *session, uint32_t id)
+{
+    return frame_pool_find(session->pool, FRAME_OWNER_LINK, id);
+}
+
+/** Finds the frame that a request is about, or refuses the request. */
+frame_t *session_find_or_refuse(session_t *session, exchange_t *exchange);
+
+/** Learns which chunks of a frame have come past the session. */
+void session_refresh(session_t *session, frame_t *frame);
 
 /** Frees a slot in any state, stopping a match that runs, and counts it as `counter`. */
 void session_free(session_t *session, frame_t *frame, enum counter counter);

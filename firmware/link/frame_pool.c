@@ -91,7 +91,7 @@ status_t frame_pool_open(frame_pool_t *pool, frame_owner_t owner, uint32_t id, c
             free->id       = id;
             free->settings = *settings;
             free->pitch    = (uint32_t)round_up(pixels, CHUNK);
-            free->missing  = 2 * free->pitch / CHUNK;
+            free->missing  = frame_chunks(free);
             free->result   = (frame_result_t){0};
             memset(free->received, 0, sizeof(free->received));
             *frame = free;
@@ -179,6 +179,23 @@ status_t frame_write(frame_t *frame, uint32_t offset, const uint8_t *chunk, uint
     return STATUS_OK;
 }
 
+void frame_note(frame_t *frame, uint32_t word, uint32_t arrived)
+{
+    uint32_t chunks = frame_chunks(frame);
+
+    if (frame->state != FRAME_LOADING || word >= (chunks + 31) / 32) {
+        return;
+    }
+    if (word == chunks / 32) {
+        arrived &= (1u << chunks % 32) - 1;
+    }
+    arrived &= ~frame->received[word];
+    frame->received[word] |= arrived;
+    for (; arrived != 0; arrived &= arrived - 1) {
+        frame->missing--;
+    }
+}
+
 status_t frame_fill(frame_t *frame)
 {
     if (frame->state != FRAME_LOADING) {
@@ -191,7 +208,7 @@ status_t frame_fill(frame_t *frame)
 
 uint32_t frame_first_missing(const frame_t *frame)
 {
-    for (uint32_t index = 0; index < 2 * frame->pitch / CHUNK; index++) {
+    for (uint32_t index = 0; index < frame_chunks(frame); index++) {
         if ((frame->received[index / 32] & (1u << index % 32)) == 0) {
             return index * CHUNK;
         }

@@ -29,16 +29,17 @@ static void send(serial_link_t *link, const message_t *reply)
 
 static void end_frame(serial_link_t *link, uint64_t clock)
 {
-    message_t request;
-    message_t reply;
-    status_t  status = cobs_decoder_finish(&link->decoder);
+    static const peer_t line;
+    message_t           request;
+    message_t           reply;
+    status_t            status = cobs_decoder_finish(&link->decoder);
 
     if (status == STATUS_OK) {
         status = message_parse((const uint8_t *)link->message, link->decoder.length, &request);
     }
     switch (status) {
     case STATUS_OK:
-        if (session_handle(link->session, (uint32_t)clock, &request, &reply,
+        if (session_handle(link->session, clock, &line, &request, &reply,
                 (uint8_t *)link->reply + PROTOCOL_HEADER_SIZE)) {
             send(link, &reply);
         }

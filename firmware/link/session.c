@@ -28,6 +28,7 @@ static const struct {
     [TYPE_RELEASE]    = {session_release, 0},
     [TYPE_STATISTICS] = {session_statistics, 0},
     [TYPE_BYE]        = {session_bye, 0},
+    [TYPE_MISSING]    = {session_missing, 0},
 };
 
 static void set_defaults(session_t *session)
@@ -50,19 +51,23 @@ void session_init(session_t *session, const device_info_t *info, frame_pool_t *p
 }
 
 /* Xorshift32, stirred; a token has to differ from those of other boots, not to withstand guessing. */
-static uint32_t draw_token(session_t *session, uint32_t stir)
+static uint32_t stir(session_t *session, uint32_t with)
 {
-    uint32_t token;
+    session->random ^= with;
+    session->random += session->random == 0;
+    session->random ^= session->random << 13;
+    session->random ^= session->random >> 17;
+    session->random ^= session->random << 5;
+    return session->random;
+}
 
-    do {
-        session->random ^= stir;
-        session->random += session->random == 0;
-        session->random ^= session->random << 13;
-        session->random ^= session->random >> 17;
-        session->random ^= session->random << 5;
-        token = session->random;
-        stir  = 0;
-    } while (token == 0 || token == session->token);
+static uint32_t draw_token(session_t *session, uint32_t nonce)
+{
+    uint32_t token = stir(session, nonce);
+
+    while (token == 0 || token == session->token) {
+        token = stir(session, 0);
+    }
     return token;
 }
 
@@ -81,7 +86,7 @@ static void put_capabilities(const session_t *session, uint8_t *payload)
     payload[18] = info->limits.min_block_size;
     payload[19] = info->limits.max_block_size;
     put_u32(payload + 20, info->limits.features);
-    put_u32(payload + 24, session->pool->max_pixels);
+    put_u32(payload + 24, session_max_pixels(session));
     put_u16(payload + 28, session->pool->slots);
     put_u16(payload + 30, PROTOCOL_CHUNK_SIZE);
     put_u32(payload + 32, info->sys_clk_hz);
@@ -90,17 +95,30 @@ static void put_capabilities(const session_t *session, uint8_t *payload)
     }
 }
 
+/* Chunks of this session are taken past it from now on, if it is one of UDP, and of no other one. */
+static void tell_transfer(const session_t *session)
+{
+    if (session->transfer != NULL) {
+        session->transfer->begin(session->transfer->context, session->open && session->peer.udp ? session->token : 0,
+            &session->peer);
+    }
+}
+
 void session_hello(session_t *session, exchange_t *exchange)
 {
     uint32_t nonce = get_u32(exchange->request->payload);
+    bool     again = session->open && session->fresh && session->nonce == nonce;
 
-    if (!session->open || !session->fresh || session->nonce != nonce) {
+    if (!again || !peer_is(&session->peer, exchange->peer)) {
         session_free_all(session, COUNTER_FRAMES_RECLAIMED);
-        session->token = draw_token(session, exchange->clock ^ nonce);
+        session->token = draw_token(session, nonce);
         session->nonce = nonce;
         session->open  = true;
         session->fresh = true;
+        session->peer  = *exchange->peer;
+        session->heard = exchange->clock;
         set_defaults(session);
+        tell_transfer(session);
         count(session->counters, COUNTER_SESSIONS);
     }
     put_capabilities(session, exchange->payload);
@@ -154,6 +172,7 @@ void session_configure(session_t *session, exchange_t *exchange)
 
 void session_statistics(session_t *session, exchange_t *exchange)
 {
+    session_look(session, exchange->clock);
     for (unsigned i = 0; i < COUNTERS; i++) {
         put_u32(exchange->payload + 4 * i, session->counters->value[i]);
     }
@@ -165,6 +184,7 @@ void session_bye(session_t *session, exchange_t *exchange)
     (void)exchange;
     session_free_all(session, COUNTER_FRAMES_RELEASED);
     session->open = false;
+    tell_transfer(session);
 }
 
 static void serve(session_t *session, exchange_t *exchange)
@@ -179,15 +199,8 @@ static void serve(session_t *session, exchange_t *exchange)
         refuse(exchange, ERROR_TYPE, request->type);
         return;
     }
-    if (request->type != TYPE_HELLO) {
-        /* A bye that comes again finds its session closed, and is answered all the same. */
-        bool known = session->token != 0 && request->session == session->token;
-
-        if (!known || (!session->open && request->type != TYPE_BYE)) {
-            refuse(exchange, ERROR_SESSION, 0);
-            return;
-        }
-        session->fresh = false;
+    if (!session_admit(session, exchange)) {
+        return;
     }
     if (requests[request->type].length != ANY_LENGTH && request->length != requests[request->type].length) {
         refuse(exchange, ERROR_LENGTH, requests[request->type].length);
@@ -196,16 +209,39 @@ static void serve(session_t *session, exchange_t *exchange)
     requests[request->type].handle(session, exchange);
 }
 
-bool session_handle(session_t *session, uint32_t clock, const message_t *request, message_t *reply, uint8_t *payload)
+static void make_error(const session_t *session, const exchange_t *exchange, message_t *reply)
 {
-    exchange_t exchange = {.request = request, .payload = payload, .clock = clock};
+    count(session->counters, COUNTER_REQUESTS_REFUSED);
+    reply->type   = TYPE_ERROR;
+    reply->length = PROTOCOL_ERROR_SIZE;
+    put_u16(exchange->payload, exchange->error);
+    exchange->payload[2] = exchange->request->type;
+    exchange->payload[3] = 0;
+    put_u32(exchange->payload + 4, exchange->detail);
+}
 
+bool session_handle(session_t *session, uint64_t clock, const peer_t *peer, const message_t *request, message_t *reply,
+    uint8_t *payload)
+{
+    exchange_t exchange = {.request = request, .payload = payload, .clock = clock, .peer = peer};
+
+    stir(session, (uint32_t)clock);
     if ((request->type & PROTOCOL_REPLY_BIT) != 0) {
         count(session->counters, COUNTER_HEADER_ERRORS);
         return false;
     }
     count(session->counters, COUNTER_MESSAGES_RECEIVED);
+    if (peer_is(&session->peer, peer)) {
+        session->heard = clock;
+    }
+    /* Over UDP gateware takes the chunks; what gets here is none that it knows, and is not answered either. */
+    if (peer->udp && request->type == TYPE_UPLOAD && request->version == PROTOCOL_VERSION) {
+        return false;
+    }
     serve(session, &exchange);
+    if (exchange.silent) {
+        return false;
+    }
     *reply = (message_t){
         .version  = PROTOCOL_VERSION,
         .type     = request->type | PROTOCOL_REPLY_BIT,
@@ -217,13 +253,7 @@ bool session_handle(session_t *session, uint32_t clock, const message_t *request
         .payload  = payload,
     };
     if (exchange.error != ERROR_NONE) {
-        count(session->counters, COUNTER_REQUESTS_REFUSED);
-        reply->type   = TYPE_ERROR;
-        reply->length = PROTOCOL_ERROR_SIZE;
-        put_u16(payload, exchange.error);
-        payload[2] = request->type;
-        payload[3] = 0;
-        put_u32(payload + 4, exchange.detail);
+        make_error(session, &exchange, reply);
     }
     count(session->counters, COUNTER_MESSAGES_SENT);
     return true;

@@ -9,15 +9,9 @@
 #include "exchange.h"
 #include "litestereo/bytes.h"
 
-static frame_t *find(session_t *session, uint32_t id)
+frame_t *session_find_or_refuse(session_t *session, exchange_t *exchange)
 {
-    return frame_pool_find(session->pool, FRAME_OWNER_LINK, id);
-}
-
-/* Finds the frame that a request is about, or refuses the request. */
-static frame_t *find_or_refuse(session_t *session, exchange_t *exchange)
-{
-    frame_t *frame = find(session, exchange->request->frame_id);
+    frame_t *frame = session_find(session, exchange->request->frame_id);
 
     if (frame == NULL) {
         refuse(exchange, ERROR_FRAME, exchange->request->frame_id);
@@ -25,10 +19,29 @@ static frame_t *find_or_refuse(session_t *session, exchange_t *exchange)
     return frame;
 }
 
+void session_refresh(session_t *session, frame_t *frame)
+{
+    const session_transfer_t *transfer = session_transfer(session);
+
+    if (transfer != NULL && frame->state == FRAME_LOADING) {
+        transfer->refresh(transfer->context, frame);
+    }
+}
+
 void session_free(session_t *session, frame_t *frame, enum counter counter)
 {
+    const session_transfer_t *transfer = session_transfer(session);
+
     if (frame->state == FRAME_MATCHING) {
         session->stop(session->context, frame);
+    }
+    if (transfer != NULL) {
+        /* Both waits are bounded, and the slot is freed at their end all the same: gateware that does not even stop
+         * is broken, and a device without slots would be of no use to the serial line either. */
+        if (frame->state == FRAME_LOADING) {
+            (void)transfer->close(transfer->context, frame);
+        }
+        transfer->forget(transfer->context, frame);
     }
     if (frame_release(frame) == STATUS_OK) {
         count(session->counters, counter);
@@ -53,7 +66,7 @@ static uint32_t judge_size(const session_t *session, const stereo_settings_t *se
     if (settings->height > session->info->max_height) {
         return SIZE_TOO_HIGH;
     }
-    if ((uint32_t)settings->width * settings->height > session->pool->max_pixels) {
+    if ((uint32_t)settings->width * settings->height > session_max_pixels(session)) {
         return SIZE_TOO_LARGE;
     }
     if (settings->width < stereo_settings_min_width(settings)) {
@@ -65,10 +78,34 @@ static uint32_t judge_size(const session_t *session, const stereo_settings_t *se
     return 0;
 }
 
+/* Opens a frame that is not open yet, or refuses it. */
+static frame_t *open_new(session_t *session, exchange_t *exchange, const stereo_settings_t *settings)
+{
+    const session_transfer_t *transfer = session_transfer(session);
+    uint32_t                  problem  = judge_size(session, settings);
+    frame_t                  *frame;
+
+    if (problem != 0) {
+        refuse(exchange, ERROR_SIZE, problem);
+        return NULL;
+    }
+    if (frame_pool_open(session->pool, FRAME_OWNER_LINK, exchange->request->frame_id, settings, &frame) != STATUS_OK) {
+        refuse(exchange, ERROR_NO_SLOT, session->pool->slots);
+        return NULL;
+    }
+    if (transfer != NULL && transfer->open(transfer->context, frame) != STATUS_OK) {
+        frame_release(frame);
+        refuse(exchange, ERROR_TIMEOUT, 0);
+        return NULL;
+    }
+    count(session->counters, COUNTER_FRAMES_OPENED);
+    return frame;
+}
+
 void session_open(session_t *session, exchange_t *exchange)
 {
     const message_t  *request  = exchange->request;
-    frame_t          *frame    = find(session, request->frame_id);
+    frame_t          *frame    = session_find(session, request->frame_id);
     stereo_settings_t settings = session->settings;
 
     settings.width  = get_u16(request->payload);
@@ -78,17 +115,10 @@ void session_open(session_t *session, exchange_t *exchange)
         return;
     }
     if (frame == NULL) {
-        uint32_t problem = judge_size(session, &settings);
-
-        if (problem != 0) {
-            refuse(exchange, ERROR_SIZE, problem);
+        frame = open_new(session, exchange, &settings);
+        if (frame == NULL) {
             return;
         }
-        if (frame_pool_open(session->pool, FRAME_OWNER_LINK, request->frame_id, &settings, &frame) != STATUS_OK) {
-            refuse(exchange, ERROR_NO_SLOT, session->pool->slots);
-            return;
-        }
-        count(session->counters, COUNTER_FRAMES_OPENED);
     } else if (frame->state != FRAME_LOADING || frame->settings.width != settings.width
         || frame->settings.height != settings.height) {
         refuse(exchange, ERROR_DUPLICATE, request->frame_id);
@@ -100,62 +130,36 @@ void session_open(session_t *session, exchange_t *exchange)
     exchange->length = 8;
 }
 
-static void count_chunk(session_t *session, bool repeated)
-{
-    count(session->counters, repeated ? COUNTER_CHUNKS_REPEATED : COUNTER_CHUNKS_RECEIVED);
-    if (frame_pool_matching(session->pool) != NULL) {
-        count(session->counters, COUNTER_CHUNKS_WHILE_MATCHING);
-    }
-}
-
-void session_upload(session_t *session, exchange_t *exchange)
-{
-    const message_t *request  = exchange->request;
-    frame_t         *frame    = find_or_refuse(session, exchange);
-    bool             repeated = false;
-
-    if (frame == NULL) {
-        return;
-    }
-    switch (frame_write(frame, request->offset, request->payload, request->length, &repeated)) {
-    case STATUS_OK:
-        count_chunk(session, repeated);
-        put_u32(exchange->payload, frame->missing);
-        exchange->length = 4;
-        break;
-    case STATUS_STATE:
-        refuse(exchange, ERROR_STATE, frame->state);
-        break;
-    case STATUS_LENGTH:
-        refuse(exchange, ERROR_LENGTH, frame_chunk_length(frame, request->offset));
-        break;
-    default:
-        refuse(exchange, ERROR_OFFSET, request->offset);
-        break;
-    }
-}
-
 void session_start(session_t *session, exchange_t *exchange)
 {
-    frame_t *frame = find_or_refuse(session, exchange);
+    const session_transfer_t *transfer = session_transfer(session);
+    frame_t                  *frame    = session_find_or_refuse(session, exchange);
 
-    if (frame == NULL) {
+    /* A frame that is past LOADING has been started, so this is the request once more. */
+    if (frame == NULL || frame->state != FRAME_LOADING) {
         return;
     }
-    /* A frame that is past LOADING has been started, so this is the request once more. */
-    if (frame_pool_start(session->pool, frame) == STATUS_INCOMPLETE) {
+    session_refresh(session, frame);
+    if (frame->missing != 0) {
         refuse(exchange, ERROR_INCOMPLETE, frame_first_missing(frame));
+        return;
     }
+    if (transfer != NULL && transfer->close(transfer->context, frame) != STATUS_OK) {
+        refuse(exchange, ERROR_TIMEOUT, 0);
+        return;
+    }
+    frame_pool_start(session->pool, frame);
 }
 
 void session_status(session_t *session, exchange_t *exchange)
 {
-    const frame_t *frame = find(session, exchange->request->frame_id);
-    uint8_t       *out   = exchange->payload;
+    frame_t *frame = session_find(session, exchange->request->frame_id);
+    uint8_t *out   = exchange->payload;
 
     memset(out, 0, PROTOCOL_STATUS_SIZE);
     put_u32(out + 12, PROTOCOL_NO_OFFSET);
     if (frame != NULL) {
+        session_refresh(session, frame);
         out[0] = (uint8_t)frame->state;
         out[1] = frame->slot;
         put_u16(out + 2, frame->result.error);
@@ -166,32 +170,9 @@ void session_status(session_t *session, exchange_t *exchange)
     exchange->length = PROTOCOL_STATUS_SIZE;
 }
 
-void session_read(session_t *session, exchange_t *exchange)
-{
-    uint32_t offset = exchange->request->offset;
-    uint32_t length = get_u32(exchange->request->payload);
-    frame_t *frame  = find_or_refuse(session, exchange);
-
-    if (frame == NULL) {
-        return;
-    }
-    if (frame->state == FRAME_FAILED) {
-        refuse(exchange, frame->result.error, frame->result.detail);
-    } else if (frame->state != FRAME_DONE) {
-        refuse(exchange, ERROR_STATE, frame->state);
-    } else if (length == 0 || length > PROTOCOL_CHUNK_SIZE) {
-        refuse(exchange, ERROR_LENGTH, PROTOCOL_CHUNK_SIZE);
-    } else if (offset >= frame_map_size(frame) || length > frame_map_size(frame) - offset) {
-        refuse(exchange, ERROR_OFFSET, offset);
-    } else {
-        copy_bytes(exchange->payload, frame_map(frame) + offset, length);
-        exchange->length = length;
-    }
-}
-
 void session_release(session_t *session, exchange_t *exchange)
 {
-    frame_t *frame = find(session, exchange->request->frame_id);
+    frame_t *frame = session_find(session, exchange->request->frame_id);
 
     if (frame != NULL) {
         session_free(session, frame, COUNTER_FRAMES_RELEASED);

@@ -22,6 +22,8 @@ counters_t    counters;
 unsigned      stops;
 uint32_t      token;
 message_t     reply;
+peer_t        peer;
+uint64_t      uptime;
 device_info_t device_info = {
     .gateware_version = 0x0203, .firmware_version = 0x0405, .max_width = 640, .max_height = 480,
     .limits = {.max_disparities = 64, .min_block_size = 5, .max_block_size = 21, .features = 0x112233ff},
@@ -40,25 +42,35 @@ void set_up(void)
     memset(memory, CANARY, sizeof(memory));
     look_at_memory();
     memset(&counters, 0, sizeof(counters));
-    stops = 0;
-    token = 0;
+    stops  = 0;
+    token  = 0;
+    peer   = (peer_t){0};
+    uptime = 0;
     REQUIRE(frame_pool_init(&pool, memory + 4096, MEMORY_SIZE, SLOTS) == STATUS_OK);
     session_init(&session, &device_info, &pool, &counters, stop, &stops);
 }
 
-uint8_t ask(uint8_t type, uint32_t frame_id, uint32_t offset, const void *payload, uint32_t length)
+bool request(uint8_t type, uint32_t frame_id, uint32_t offset, const void *payload, uint32_t length)
 {
-    message_t request = {
+    message_t message = {
         .version = PROTOCOL_VERSION, .type = type, .session = token, .sequence = ++sequence, .frame_id = frame_id,
         .offset = offset, .length = length, .payload = payload,
     };
     uint32_t received = counters.value[COUNTER_MESSAGES_RECEIVED];
+    bool     answered;
 
-    REQUIRE(session_handle(&session, sequence * 1000, &request, &reply, payload_of_reply));
+    uptime  += 1000;
+    answered = session_handle(&session, uptime, &peer, &message, &reply, payload_of_reply);
+    REQUIRE(counters.value[COUNTER_MESSAGES_RECEIVED] == received + 1);
+    return answered;
+}
+
+uint8_t ask(uint8_t type, uint32_t frame_id, uint32_t offset, const void *payload, uint32_t length)
+{
+    REQUIRE(request(type, frame_id, offset, payload, length));
     REQUIRE(reply.version == PROTOCOL_VERSION && reply.session == token && reply.sequence == sequence);
     REQUIRE(reply.frame_id == frame_id && reply.offset == offset && reply.length <= PROTOCOL_CHUNK_SIZE);
     REQUIRE(reply.type == (type | PROTOCOL_REPLY_BIT) || (reply.type == TYPE_ERROR && reply.payload[2] == type));
-    REQUIRE(counters.value[COUNTER_MESSAGES_RECEIVED] == received + 1);
     return reply.type;
 }
 

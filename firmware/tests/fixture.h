@@ -30,6 +30,10 @@ extern unsigned stops;
 extern uint32_t token;
 /** The last reply and its payload. */
 extern message_t reply;
+/** Whom requests come from; the serial line after set_up(). */
+extern peer_t peer;
+/** Clock of the last request; each comes 1000 clocks after the one before. */
+extern uint64_t uptime;
 
 /** A new session server, without a session; memory is all canaries. */
 void set_up(void);
@@ -37,7 +41,10 @@ void set_up(void);
 /** Says hello and keeps the token. */
 void hello(uint32_t nonce);
 
-/** Sends a request; returns the type of the reply, which is in `reply`. */
+/** Sends a request; returns whether there is a reply, which is in `reply`. */
+bool request(uint8_t type, uint32_t frame_id, uint32_t offset, const void *payload, uint32_t length);
+
+/** Sends a request that has a reply; returns the type of the reply, which is in `reply`. */
 uint8_t ask(uint8_t type, uint32_t frame_id, uint32_t offset, const void *payload, uint32_t length);
 
 /** Opens a frame of that size; returns the type of the reply. */

@@ -53,7 +53,7 @@ void require_all_done(void)
     first = last = 0;
 }
 
-static uint32_t take(char kind, const char *name, uint32_t value)
+uint32_t mock_take(char kind, const char *name, uint32_t value)
 {
     if (first == last || queue[first].kind != kind || strcmp(queue[first].name, name) != 0
         || (kind == 'w' && queue[first].value != value)) {
@@ -65,8 +65,8 @@ static uint32_t take(char kind, const char *name, uint32_t value)
     return queue[first++].value;
 }
 
-#define READS(name)        uint32_t stereo_##name##_read(void) { return take('r', #name, 0); }
-#define WRITES(name, type) void stereo_##name##_write(type value) { take('w', #name, value); }
+#define READS(name)        uint32_t stereo_##name##_read(void) { return mock_take('r', #name, 0); }
+#define WRITES(name, type) void stereo_##name##_write(type value) { mock_take('w', #name, value); }
 
 READS(status)
 READS(clocks)
@@ -98,12 +98,12 @@ WRITES(ev_enable, uint32_t)
 
 void memory_to_device(void)
 {
-    take('c', "memory_to_device", 0);
+    mock_take('c', "memory_to_device", 0);
 }
 
 void memory_from_device(void)
 {
-    take('c', "memory_from_device", 0);
+    mock_take('c', "memory_from_device", 0);
 }
 
 uint64_t clock_now(void)

@@ -23,6 +23,9 @@ void expect_call(const char *name);
 /** All expected accesses have been made. */
 void require_all_done(void);
 
+/** An access: 'r' of a register, 'w' of a value to it, or 'c' of a function; returns the value that is read. */
+uint32_t mock_take(char kind, const char *name, uint32_t value);
+
 /** Time that clock_now() gives, and how much it goes on at each look. */
 extern uint64_t mock_clock, mock_clock_step;
 

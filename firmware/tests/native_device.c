@@ -4,7 +4,8 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-/* The firmware as a program of this computer: a fake accelerator, and a TCP port in place of the serial line. */
+/* The firmware as a program of this computer: a fake accelerator, a TCP port in place of the serial line, and, if
+ * wanted, a fake frame link on a UDP port. */
 
 #define _DEFAULT_SOURCE
 
@@ -16,9 +17,12 @@
 #include <time.h>
 
 #include "app/app.h"
+#include "fake_frame_link.h"
 #include "fake_stereo.h"
+#include "generated/csr.h"
 #include "litestereo/platform.h"
 #include "tcp_uart.h"
+#include "udp_wire.h"
 
 /* Where the frame memory lies: registers hold 32-bit addresses, so it has to be below 4 GiB. */
 #define MEMORY_BASE 0x40000000u
@@ -28,7 +32,9 @@ static struct {
     uint8_t *memory;
     size_t   memory_size;
     uint32_t clock_hz;
-} device = {.memory_size = 16 << 20, .clock_hz = 100000000};
+    uint16_t port;
+    long     udp_port;  /* -1 for none. */
+} device = {.memory_size = 16 << 20, .clock_hz = 100000000, .udp_port = -1};
 
 static void stop(int signal)
 {
@@ -55,6 +61,7 @@ static uint64_t real_clock(void)
 uint64_t clock_now(void)
 {
     fake_stereo_advance();
+    fake_frame_link_advance();
     return real_clock();
 }
 
@@ -94,6 +101,27 @@ static void handle_interrupt(void)
     stereo_isr(&device.app.stereo);
 }
 
+/* UDP. */
+
+static bool is_matching(void)
+{
+    return (stereo_status_read() & 1) != 0;
+}
+
+/* Makes the frame link, if a port is wanted for it. */
+static void listen_to_udp(void)
+{
+    if (device.udp_port < 0) {
+        return;
+    }
+    device.udp_port = udp_wire_listen((uint16_t)device.udp_port);
+    if (device.udp_port == 0) {
+        fail("listen");
+    }
+    fake_frame_link.version  = FRAME_LINK_VERSION;
+    fake_frame_link.matching = is_matching;
+}
+
 /* The program. */
 
 static void usage(void)
@@ -101,6 +129,8 @@ static void usage(void)
     fprintf(stderr,
         "usage: native_device [options]\n"
         "  --port N              TCP port of 127.0.0.1, 0 picks one (default: 0)\n"
+        "  --udp-port N          UDP port of 127.0.0.1, 0 picks one (default: no UDP)\n"
+        "  --max-chunks N        chunks of a frame over UDP (default: 1024)\n"
         "  --memory BYTES        memory for frames (default: 16777216)\n"
         "  --clock-hz N          simulated clock (default: 100000000)\n"
         "  --clocks-per-pixel N  simulated speed of the matcher (default: 1)\n"
@@ -112,11 +142,14 @@ static void usage(void)
     exit(2);
 }
 
-static uint16_t parse_options(int argc, char **argv)
+static void parse_options(int argc, char **argv)
 {
-    enum { PORT, MEMORY, CLOCK_HZ, CLOCKS_PER_PIXEL, MAX_WIDTH, MAX_DISPARITIES, MAX_BLOCK_SIZE, HANG, BUS_ERROR };
+    enum { PORT, UDP_PORT, MAX_CHUNKS, MEMORY, CLOCK_HZ, CLOCKS_PER_PIXEL, MAX_WIDTH, MAX_DISPARITIES, MAX_BLOCK_SIZE,
+        HANG, BUS_ERROR };
     static const struct option options[] = {
         {"port",             required_argument, NULL, PORT},
+        {"udp-port",         required_argument, NULL, UDP_PORT},
+        {"max-chunks",       required_argument, NULL, MAX_CHUNKS},
         {"memory",           required_argument, NULL, MEMORY},
         {"clock-hz",         required_argument, NULL, CLOCK_HZ},
         {"clocks-per-pixel", required_argument, NULL, CLOCKS_PER_PIXEL},
@@ -127,14 +160,15 @@ static uint16_t parse_options(int argc, char **argv)
         {"bus-error",        no_argument,       NULL, BUS_ERROR},
         {NULL, 0, NULL, 0},
     };
-    uint16_t port = 0;
-    int      option;
+    int option;
 
     while ((option = getopt_long(argc, argv, "", options, NULL)) != -1) {
         unsigned long value = optarg != NULL ? strtoul(optarg, NULL, 0) : 0;
 
         switch (option) {
-        case PORT:             port = (uint16_t)value; break;
+        case PORT:             device.port = (uint16_t)value; break;
+        case UDP_PORT:         device.udp_port = (uint16_t)value; break;
+        case MAX_CHUNKS:       fake_frame_link.max_chunks = (uint16_t)value; break;
         case MEMORY:           device.memory_size = value; break;
         case CLOCK_HZ:         device.clock_hz = (uint32_t)value; break;
         case CLOCKS_PER_PIXEL: fake_stereo.clocks_per_pixel = (uint32_t)value; break;
@@ -146,14 +180,14 @@ static uint16_t parse_options(int argc, char **argv)
         default:               usage();
         }
     }
-    return port;
 }
 
 int main(int argc, char **argv)
 {
     struct sigaction on_term = {.sa_handler = stop};
-    uint16_t         port    = parse_options(argc, argv);
+    uint16_t         port;
 
+    parse_options(argc, argv);
     sigaction(SIGTERM, &on_term, NULL);
     sigaction(SIGINT, &on_term, NULL);
     device.memory = mmap((void *)(uintptr_t)MEMORY_BASE, device.memory_size, PROT_READ | PROT_WRITE,
@@ -162,18 +196,23 @@ int main(int argc, char **argv)
         fail("mmap");
     }
     fake_stereo.clock = real_clock;
+    listen_to_udp();
     if (app_init(&device.app) != STATUS_OK) {
         fprintf(stderr, "the firmware does not start with these options\n");
         return 1;
     }
     platform_attach_stereo(handle_interrupt);
-    port = tcp_uart_listen(port);
+    port = tcp_uart_listen(device.port);
     if (port == 0) {
         fail("listen");
     }
     printf("listening on 127.0.0.1:%u\n", port);
+    if (device.udp_port >= 0) {
+        printf("listening on udp 127.0.0.1:%u\n", (unsigned)device.udp_port);
+    }
     fflush(stdout);
-    while (tcp_uart_wait()) {
+    while (tcp_uart_wait(udp_wire_socket(), fake_frame_link_busy())) {
+        udp_wire_receive();
         app_poll(&device.app);
         tcp_uart_flush();
     }

@@ -160,11 +160,14 @@ static void accept_client(void)
     }
 }
 
-bool tcp_uart_wait(void)
+bool tcp_uart_wait(int other, bool busy)
 {
-    struct pollfd wait = {.fd = line.client >= 0 ? line.client : line.listener, .events = POLLIN};
+    struct pollfd wait[] = {
+        {.fd = line.client >= 0 ? line.client : line.listener, .events = POLLIN},
+        {.fd = other, .events = POLLIN},
+    };
 
-    if (line.in_used == line.in_length && poll(&wait, 1, 1) > 0 && line.client < 0) {
+    if (line.in_used == line.in_length && poll(wait, 2, busy ? 0 : 1) > 0 && wait[0].revents != 0 && line.client < 0) {
         accept_client();
     }
     return !stopped;

@@ -15,8 +15,9 @@
 /** Listens on a port of 127.0.0.1, or on a free one if it is 0; returns the port, or 0 with errno set. */
 uint16_t tcp_uart_listen(uint16_t port);
 
-/** Sleeps until there is something to do, but not for long: a match may end. Returns false once stopped. */
-bool tcp_uart_wait(void);
+/** Sleeps until there is something to do, here or at another socket, but not for long: a match may end. Does not sleep
+ * at all if the program is busy. Returns false once stopped. */
+bool tcp_uart_wait(int other, bool busy);
 
 /** Ends all waits for good; may be called by a signal handler. */
 void tcp_uart_stop(void);

@@ -81,11 +81,11 @@ static void test_token_is_not_the_one_before(void)
 
     set_up();
     before = session;
-    REQUIRE(session_handle(&session, 5, &request, &reply, payload));
+    REQUIRE(session_handle(&session, 5, &peer, &request, &reply, payload));
     drawn         = session.token;
     session       = before;
     session.token = drawn;
-    REQUIRE(session_handle(&session, 5, &request, &reply, payload));
+    REQUIRE(session_handle(&session, 5, &peer, &request, &reply, payload));
     REQUIRE(session.token != drawn && session.token != 0);
 }
 
@@ -140,7 +140,7 @@ static void test_bye(void)
 static void test_no_session(void)
 {
     set_up();
-    for (uint8_t type = TYPE_CONFIGURE; type <= TYPE_BYE; type++) {
+    for (uint8_t type = TYPE_CONFIGURE; type <= TYPE_MISSING; type++) {
         static const uint32_t tokens[] = {0, 1, 0xffffffff};
 
         for (size_t i = 0; i < 3; i++) {
@@ -149,7 +149,7 @@ static void test_no_session(void)
             require_error(ERROR_SESSION, 0);
         }
     }
-    REQUIRE(counters.value[COUNTER_REQUESTS_REFUSED] == 27);
+    REQUIRE(counters.value[COUNTER_REQUESTS_REFUSED] == 30);
 }
 
 static void test_version_and_type(void)
@@ -158,7 +158,7 @@ static void test_version_and_type(void)
     uint8_t   payload[PROTOCOL_CHUNK_SIZE];
 
     set_up();
-    REQUIRE(session_handle(&session, 0, &request, &reply, payload));
+    REQUIRE(session_handle(&session, 0, &peer, &request, &reply, payload));
     require_error(ERROR_VERSION, 1);
     REQUIRE(reply.version == 1 && reply.session == 9 && reply.sequence == 8);
     REQUIRE(reply.frame_id == 7 && reply.offset == 6);
@@ -166,9 +166,9 @@ static void test_version_and_type(void)
         request.version = 1;
         request.type    = (uint8_t)type;
         if (type >= 0x80) {
-            REQUIRE(!session_handle(&session, 0, &request, &reply, payload));
-        } else if (type == 0 || type > TYPE_BYE) {
-            REQUIRE(session_handle(&session, 0, &request, &reply, payload));
+            REQUIRE(!session_handle(&session, 0, &peer, &request, &reply, payload));
+        } else if (type == 0 || type > TYPE_MISSING) {
+            REQUIRE(session_handle(&session, 0, &peer, &request, &reply, payload));
             require_error(ERROR_TYPE, type);
         }
     }
@@ -183,7 +183,7 @@ static void test_lengths(void)
         uint32_t length;
     } fixed[] = {
         {TYPE_HELLO, 4}, {TYPE_OPEN, 4}, {TYPE_START, 0}, {TYPE_STATUS, 0}, {TYPE_READ, 4}, {TYPE_RELEASE, 0},
-        {TYPE_STATISTICS, 0}, {TYPE_BYE, 0},
+        {TYPE_STATISTICS, 0}, {TYPE_BYE, 0}, {TYPE_MISSING, 0},
     };
     static const uint8_t payload[PROTOCOL_CHUNK_SIZE];
 
@@ -335,7 +335,7 @@ static void test_statistics(void)
     set_up();
     hello(1);
     counters.value[COUNTER_CONSOLE_LINES] = 0x01020304;
-    REQUIRE(ask(TYPE_STATISTICS, 0, 0, NULL, 0) == 0x89 && reply.length == 80);
+    REQUIRE(ask(TYPE_STATISTICS, 0, 0, NULL, 0) == 0x89 && reply.length == 4 * 28);
     REQUIRE(get_u32(reply.payload) == 2 && get_u32(reply.payload + 4) == 1);
     REQUIRE(get_u32(reply.payload + 8 * 4) == 1 && get_u32(reply.payload + 19 * 4) == 0x01020304);
 }

@@ -27,6 +27,7 @@ typedef struct {
     const device_info_t *info;     /**< What the device is. */
     matcher_t           *matcher;  /**< What selftest and bench run on. */
     counters_t          *counters; /**< What stats shows. */
+    session_t           *session;  /**< What brings them up to date. */
     void               (*write)(void *context, const uint8_t *bytes, size_t length);  /**< Sends text. */
     void                *context;  /**< First argument of `write`. */
     char                 line[CONSOLE_LINE_SIZE + 1];  /**< Line being typed. */

@@ -105,6 +105,18 @@ uint32_t frame_chunk_length(const frame_t *frame, uint32_t offset);
 /** Stores a chunk of a LOADING frame; `repeated` says whether it had been there before. */
 status_t frame_write(frame_t *frame, uint32_t offset, const uint8_t *chunk, uint32_t length, bool *repeated);
 
+/** Chunks of a frame's upload space, both images. */
+static inline uint32_t frame_chunks(const frame_t *frame)
+{
+    return 2 * frame->pitch / PROTOCOL_CHUNK_SIZE;
+}
+
+/** Notes chunks that somebody else has put in a LOADING frame: bit i of `arrived` is chunk 32 x `word` + i.
+ *
+ * What has been noted stays noted, and chunks that the frame does not have are none.
+ */
+void frame_note(frame_t *frame, uint32_t word, uint32_t arrived);
+
 /** Declares all chunks received, by an owner that wrote both images in place. */
 status_t frame_fill(frame_t *frame);
 

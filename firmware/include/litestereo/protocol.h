@@ -20,6 +20,12 @@
 #define PROTOCOL_NO_OFFSET   0xffffffffu
 #define PROTOCOL_UDP_PORT    19539u
 
+/* READs over UDP that a device keeps in line, the one that it serves included. */
+#define PROTOCOL_READS_IN_LINE 8u
+
+/* Seconds of silence after which a session may be taken over. */
+#define PROTOCOL_SILENCE_S 5u
+
 #define PROTOCOL_CAPABILITIES_SIZE 52u
 #define PROTOCOL_NAME_OFFSET       36u
 #define PROTOCOL_NAME_SIZE         16u

@@ -15,6 +15,7 @@
 #include "litestereo/counters.h"
 #include "litestereo/frame_pool.h"
 #include "litestereo/message.h"
+#include "litestereo/peer.h"
 
 /** What the device tells of itself in hello; the fields are those of the protocol's capabilities. */
 typedef struct {
@@ -24,11 +25,33 @@ typedef struct {
     uint16_t    max_height;        /**< Pixels. */
     stereo_limits_t limits;        /**< Of the settings. */
     uint32_t    sys_clk_hz;        /**< Frequency of the clocks that are reported. */
+    uint32_t    address;           /**< IPv4 address, 192.168.1.50 is 0xc0a80132; 0 if there is no UDP. */
     const char *name;              /**< At most PROTOCOL_NAME_SIZE characters of ASCII. */
 } device_info_t;
 
 /** Stops the match of a frame that is MATCHING; the frame is DONE or FAILED when it returns. */
 typedef void (*session_stop_t)(void *context, frame_t *frame);
+
+/** What moves images and maps of sessions over UDP past the session; a serial line has nothing of that kind. */
+typedef struct {
+    void      *context;     /**< First argument of the functions. */
+    uint32_t   max_pixels;  /**< Most pixels of a frame that it takes. */
+    /** Takes chunks of nobody but that peer and token from now on; of nobody at all if the token is 0. */
+    void     (*begin)(void *context, uint32_t token, const peer_t *peer);
+    /** Takes chunks of a frame, which none has come of. */
+    status_t (*open)(void *context, const frame_t *frame);
+    /** Notes in the frame which of its chunks have come. */
+    void     (*refresh)(void *context, frame_t *frame);
+    /** Takes chunks of the frame no longer; none is on its way to memory when it returns. */
+    status_t (*close)(void *context, const frame_t *frame);
+    /** Queues a part of the frame's map, of `length` bytes, to be sent as replies to the request; false if the line is
+     * full. */
+    bool     (*read)(void *context, const peer_t *peer, const message_t *request, const frame_t *frame, uint32_t length);
+    /** Sends nothing of the frame's map any more; nothing reads it when it returns. */
+    void     (*forget)(void *context, const frame_t *frame);
+    /** Brings the counters up to date. */
+    void     (*count)(void *context);
+} session_transfer_t;
 
 /** A server of the protocol. */
 typedef struct {
@@ -37,6 +60,10 @@ typedef struct {
     counters_t          *counters;       /**< What is counted. */
     session_stop_t       stop;           /**< Called to stop a match. */
     void                *context;        /**< First argument of `stop`. */
+    const session_transfer_t *transfer;  /**< What serves peers of UDP; null if there is no UDP. */
+    peer_t               peer;           /**< Who said hello. */
+    uint64_t             heard;          /**< Clock when something last came from it. */
+    uint64_t             looked;         /**< Clock when session_poll last looked for chunks. */
     uint32_t             token;          /**< Token of the session; 0 before the first. */
     bool                 open;           /**< The token is valid: hello came, bye did not. */
     bool                 fresh;          /**< No other request came since the hello. */
@@ -49,12 +76,20 @@ typedef struct {
 void session_init(session_t *session, const device_info_t *info, frame_pool_t *pool, counters_t *counters,
     session_stop_t stop, void *context);
 
-/** Does what a request asks.
+/** Does what a request asks that came from `peer` at time `clock`.
  *
- * `clock` is any number that differs from boot to boot, best the uptime in clocks: tokens are drawn with it.
+ * Tokens are drawn with the clock, so it is best the uptime, which differs from boot to boot.
  * `payload` has room for PROTOCOL_CHUNK_SIZE bytes and is where the payload of the reply goes.
- * Returns whether there is a reply: a message that is itself a reply gets none.
+ * Returns whether there is a reply: a message that is itself a reply gets none, nor does a request that is answered
+ * past the session.
  */
-bool session_handle(session_t *session, uint32_t clock, const message_t *request, message_t *reply, uint8_t *payload);
+bool session_handle(session_t *session, uint64_t clock, const peer_t *peer, const message_t *request, message_t *reply,
+    uint8_t *payload);
+
+/** Notices from time to time that chunks come past the session; to be called often. */
+void session_poll(session_t *session, uint64_t clock);
+
+/** Brings the counters up to date, and notices chunks that came past the session. */
+void session_look(session_t *session, uint64_t clock);
 
 #endif

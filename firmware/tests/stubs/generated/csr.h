@@ -12,6 +12,9 @@
 #include <stdint.h>
 
 #define CSR_STEREO_BASE 0xf0001000L
+#ifndef WITHOUT_FRAME_LINK
+#define CSR_FRAME_LINK_BASE 0xf0000800L
+#endif
 #define CSR_UART_BASE   0xf0002000L
 #define CSR_TIMER0_UPTIME_CYCLES_ADDR 0xf0003000L
 
@@ -43,6 +46,51 @@ uint32_t stereo_block_sizes_read(void);
 uint32_t stereo_features_read(void);
 uint32_t stereo_dma_alignment_read(void);
 uint32_t stereo_ev_pending_read(void);
+
+#ifdef CSR_FRAME_LINK_BASE
+void frame_link_control_write(uint8_t value);
+void frame_link_token_write(uint32_t value);
+void frame_link_peer_address_write(uint32_t value);
+void frame_link_peer_port_write(uint16_t value);
+void frame_link_slot_frame_id_write(uint32_t value);
+void frame_link_slot_base_write(uint32_t value);
+void frame_link_slot_pixels_write(uint32_t value);
+void frame_link_slot_control_write(uint16_t value);
+void frame_link_arrived_index_write(uint16_t value);
+void frame_link_mailbox_base_write(uint32_t value);
+void frame_link_mailbox_consumed_write(uint8_t value);
+void frame_link_send_address_write(uint32_t value);
+void frame_link_send_port_write(uint16_t value);
+void frame_link_send_type_write(uint8_t value);
+void frame_link_send_session_write(uint32_t value);
+void frame_link_send_sequence_write(uint32_t value);
+void frame_link_send_frame_id_write(uint32_t value);
+void frame_link_send_offset_write(uint32_t value);
+void frame_link_send_base_write(uint32_t value);
+void frame_link_send_length_write(uint32_t value);
+void frame_link_send_control_write(uint8_t value);
+
+uint16_t frame_link_version_read(void);
+uint8_t frame_link_slots_read(void);
+uint16_t frame_link_max_chunks_read(void);
+uint8_t frame_link_mailbox_entries_read(void);
+uint16_t frame_link_alignment_read(void);
+uint32_t frame_link_address_read(void);
+uint8_t frame_link_slot_status_read(void);
+uint32_t frame_link_arrived_read(void);
+uint8_t frame_link_mailbox_produced_read(void);
+uint8_t frame_link_send_status_read(void);
+uint32_t frame_link_datagrams_received_read(void);
+uint32_t frame_link_datagrams_sent_read(void);
+uint32_t frame_link_datagrams_malformed_read(void);
+uint32_t frame_link_datagrams_overrun_read(void);
+uint32_t frame_link_mailbox_overrun_read(void);
+uint32_t frame_link_uploads_foreign_read(void);
+uint32_t frame_link_uploads_unfit_read(void);
+uint32_t frame_link_chunks_received_read(void);
+uint32_t frame_link_chunks_repeated_read(void);
+uint32_t frame_link_chunks_while_matching_read(void);
+#endif
 
 uint32_t uart_rxtx_read(void);
 uint32_t uart_rxempty_read(void);

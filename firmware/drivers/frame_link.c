@@ -1,0 +1,318 @@
+/*
+ * This file is part of LiteStereo.
+ *
+ * SPDX-License-Identifier: BSD-2-Clause
+ */
+
+#include "litestereo/frame_link.h"
+
+#include "frame_link_csr.h"
+#include "litestereo/bytes.h"
+
+#define CONTROL_ENABLE (1u << 0)
+
+#define SLOT_OPEN     (1u << 8)  /* Of slot_control, beside the number of the slot. */
+#define SLOT_CLOSE    (1u << 9)
+#define SLOT_CLEARING (1u << 0)  /* Of slot_status. */
+#define SLOT_WRITING  (1u << 1)
+
+#define SEND_REPLY    (1u << 0)  /* Of send_control; of send_status the first two. */
+#define SEND_RUN      (1u << 1)
+#define SEND_ABORT    (1u << 2)
+
+#define ENTRY_PORT    4u  /* Offsets in an entry of the mailbox, bytes. */
+#define ENTRY_LENGTH  6u
+#define ENTRY_MESSAGE 8u
+
+#define MOST_SLOTS    16u
+#define MOST_CHUNKS   (8u * PROTOCOL_CHUNK_SIZE)  /* The reply to MISSING has a bit for each. */
+
+/* Clocks in which the gateware has to do what takes it microseconds. */
+#define WAIT_BUDGET 100000u
+
+static bool is_clearing(void)
+{
+    return (frame_link_slot_status_read() & SLOT_CLEARING) != 0;
+}
+
+static bool is_writing(void)
+{
+    return (frame_link_slot_status_read() & SLOT_WRITING) != 0;
+}
+
+static bool is_sending_reply(void)
+{
+    return (frame_link_send_status_read() & SEND_REPLY) != 0;
+}
+
+static bool is_sending_run(void)
+{
+    return (frame_link_send_status_read() & SEND_RUN) != 0;
+}
+
+static status_t wait_while(bool (*condition)(void))
+{
+    uint64_t begin = clock_now();
+
+    while (condition()) {
+        if (clock_now() - begin > WAIT_BUDGET) {
+            return STATUS_TIMEOUT;
+        }
+    }
+    return STATUS_OK;
+}
+
+static bool is_power_of_two(uint32_t value)
+{
+    return value != 0 && (value & (value - 1)) == 0;
+}
+
+static bool capabilities_make_sense(const frame_link_capabilities_t *can)
+{
+    return can->version == FRAME_LINK_VERSION && can->slots > 0 && can->slots <= MOST_SLOTS
+        && can->max_chunks > 0 && can->max_chunks % 32 == 0 && can->max_chunks <= MOST_CHUNKS
+        && is_power_of_two(can->mailbox_entries) && can->mailbox_entries <= FRAME_LINK_MAX_ENTRIES
+        && is_power_of_two(can->alignment) && can->alignment <= FRAME_LINK_MAX_ALIGNMENT;
+}
+
+/* Whatever ran before, as after a restart of the firmware alone: it must not go on in memory that is ours now. */
+static status_t come_to_rest(const frame_link_t *link)
+{
+    status_t reply, run;
+
+    frame_link_control_write(0);
+    frame_link_token_write(0);
+    for (unsigned slot = 0; slot < link->capabilities.slots; slot++) {
+        frame_link_slot_control_write((uint16_t)(slot | SLOT_CLOSE));
+    }
+    frame_link_send_control_write(SEND_ABORT);
+    run   = wait_while(is_sending_run);
+    reply = wait_while(is_sending_reply);
+    if (run != STATUS_OK || reply != STATUS_OK) {
+        return STATUS_TIMEOUT;
+    }
+    return wait_while(is_writing);
+}
+
+status_t frame_link_init(frame_link_t *link, uint8_t *mailbox)
+{
+    status_t status;
+
+    if (link == NULL || mailbox == NULL || (uintptr_t)mailbox % FRAME_LINK_MAX_ALIGNMENT != 0) {
+        return STATUS_BAD_ARGUMENT;
+    }
+    *link = (frame_link_t){
+        .capabilities = {
+            .version         = (uint16_t)frame_link_version_read(),
+            .slots           = (uint8_t)frame_link_slots_read(),
+            .max_chunks      = (uint16_t)frame_link_max_chunks_read(),
+            .mailbox_entries = (uint8_t)frame_link_mailbox_entries_read(),
+            .alignment       = (uint16_t)frame_link_alignment_read(),
+            .address         = frame_link_address_read(),
+        },
+        .mailbox = mailbox,
+    };
+    if (!capabilities_make_sense(&link->capabilities)) {
+        return STATUS_UNSUPPORTED;
+    }
+    status = come_to_rest(link);
+    if (status != STATUS_OK) {
+        return status;
+    }
+    frame_link_mailbox_base_write((uint32_t)(uintptr_t)mailbox);
+    link->produced = (uint8_t)frame_link_mailbox_produced_read();
+    link->consumed = link->produced;
+    frame_link_mailbox_consumed_write(link->consumed);
+    /* Nothing that the CPU wrote may reach the mailbox later than a message. */
+    memory_to_device();
+    frame_link_control_write(CONTROL_ENABLE);
+    return STATUS_OK;
+}
+
+status_t frame_link_set_session(frame_link_t *link, uint32_t token, const peer_t *peer)
+{
+    if (link == NULL || peer == NULL) {
+        return STATUS_BAD_ARGUMENT;
+    }
+    /* Without a token while the peer changes: no chunk is judged by half of each. */
+    frame_link_token_write(0);
+    frame_link_peer_address_write(peer->address);
+    frame_link_peer_port_write(peer->port);
+    if (token != 0) {
+        frame_link_token_write(token);
+    }
+    return STATUS_OK;
+}
+
+static bool is_aligned(const frame_link_t *link, const uint8_t *address)
+{
+    return address != NULL && (uintptr_t)address % link->capabilities.alignment == 0;
+}
+
+status_t frame_link_open_slot(frame_link_t *link, unsigned slot, uint32_t frame_id, uint8_t *memory, uint32_t pixels)
+{
+    if (link == NULL || slot >= link->capabilities.slots || !is_aligned(link, memory) || pixels == 0) {
+        return STATUS_BAD_ARGUMENT;
+    }
+    if ((pixels - 1) / PROTOCOL_CHUNK_SIZE >= link->capabilities.max_chunks / 2u) {
+        return STATUS_SIZE;
+    }
+    if (wait_while(is_clearing) != STATUS_OK) {
+        return STATUS_TIMEOUT;
+    }
+    frame_link_slot_frame_id_write(frame_id);
+    frame_link_slot_base_write((uint32_t)(uintptr_t)memory);
+    frame_link_slot_pixels_write(pixels);
+    /* Nothing that the CPU wrote may reach the slot later than a chunk. */
+    memory_to_device();
+    frame_link_slot_control_write((uint16_t)(slot | SLOT_OPEN));
+    if (wait_while(is_clearing) != STATUS_OK) {
+        frame_link_slot_control_write((uint16_t)(slot | SLOT_CLOSE));
+        return STATUS_TIMEOUT;
+    }
+    return STATUS_OK;
+}
+
+status_t frame_link_close_slot(frame_link_t *link, unsigned slot)
+{
+    uint64_t begin;
+    uint32_t status;
+
+    if (link == NULL || slot >= link->capabilities.slots) {
+        return STATUS_BAD_ARGUMENT;
+    }
+    frame_link_slot_control_write((uint16_t)(slot | SLOT_CLOSE));
+    begin  = clock_now();
+    status = frame_link_slot_status_read();
+    /* Chunks of other slots may follow one another for as long as they like. */
+    while ((status & SLOT_WRITING) != 0 && ((status >> 4) & 0xf) == slot) {
+        if (clock_now() - begin > WAIT_BUDGET) {
+            return STATUS_TIMEOUT;
+        }
+        status = frame_link_slot_status_read();
+    }
+    memory_from_device();
+    return STATUS_OK;
+}
+
+uint32_t frame_link_arrived(const frame_link_t *link, unsigned slot, unsigned word)
+{
+    unsigned words = link->capabilities.max_chunks / 32u;
+
+    if (slot >= link->capabilities.slots || word >= words) {
+        return 0;
+    }
+    frame_link_arrived_index_write((uint16_t)(slot * words + word));
+    return frame_link_arrived_read();
+}
+
+status_t frame_link_look(frame_link_t *link, frame_link_message_t *message)
+{
+    const uint8_t *entry;
+    size_t         length;
+
+    if (link->consumed == link->produced) {
+        link->produced = (uint8_t)frame_link_mailbox_produced_read();
+        if (link->consumed == link->produced) {
+            return STATUS_IDLE;
+        }
+        /* Once for all that have come. */
+        memory_from_device();
+    }
+    entry = link->mailbox + link->consumed % link->capabilities.mailbox_entries * FRAME_LINK_ENTRY_SIZE;
+    length = get_u16(entry + ENTRY_LENGTH);
+    *message = (frame_link_message_t){
+        .peer   = {.udp = true, .address = get_u32(entry), .port = get_u16(entry + ENTRY_PORT)},
+        .bytes  = entry + ENTRY_MESSAGE,
+        .length = length < FRAME_LINK_ENTRY_SIZE - ENTRY_MESSAGE ? length : FRAME_LINK_ENTRY_SIZE - ENTRY_MESSAGE,
+    };
+    return STATUS_OK;
+}
+
+void frame_link_drop(frame_link_t *link)
+{
+    if (link->consumed != link->produced) {
+        link->consumed++;
+        frame_link_mailbox_consumed_write(link->consumed);
+    }
+}
+
+/* Stages a message and begins to send it. */
+static void send(const peer_t *peer, const message_t *message, uint8_t how)
+{
+    frame_link_send_address_write(peer->address);
+    frame_link_send_port_write(peer->port);
+    frame_link_send_type_write(message->type);
+    frame_link_send_session_write(message->session);
+    frame_link_send_sequence_write(message->sequence);
+    frame_link_send_frame_id_write(message->frame_id);
+    frame_link_send_offset_write(message->offset);
+    frame_link_send_base_write((uint32_t)(uintptr_t)message->payload);
+    frame_link_send_length_write(message->length);
+    memory_to_device();
+    frame_link_send_control_write(how);
+}
+
+status_t frame_link_reply(frame_link_t *link, const peer_t *peer, const message_t *message)
+{
+    if (link == NULL || peer == NULL || message == NULL || !is_aligned(link, message->payload)
+        || message->length > PROTOCOL_CHUNK_SIZE) {
+        return STATUS_BAD_ARGUMENT;
+    }
+    if (is_sending_reply()) {
+        return STATUS_BUSY;
+    }
+    send(peer, message, SEND_REPLY);
+    return STATUS_OK;
+}
+
+bool frame_link_reply_busy(const frame_link_t *link)
+{
+    (void)link;
+    return is_sending_reply();
+}
+
+status_t frame_link_run(frame_link_t *link, const peer_t *peer, const message_t *message)
+{
+    if (link == NULL || peer == NULL || message == NULL || !is_aligned(link, message->payload)
+        || message->length == 0) {
+        return STATUS_BAD_ARGUMENT;
+    }
+    if (is_sending_run()) {
+        return STATUS_BUSY;
+    }
+    send(peer, message, SEND_RUN);
+    return STATUS_OK;
+}
+
+bool frame_link_run_busy(const frame_link_t *link)
+{
+    (void)link;
+    return is_sending_run();
+}
+
+status_t frame_link_abort_run(frame_link_t *link)
+{
+    if (link == NULL) {
+        return STATUS_BAD_ARGUMENT;
+    }
+    frame_link_send_control_write(SEND_ABORT);
+    return wait_while(is_sending_run);
+}
+
+void frame_link_count(const frame_link_t *link, frame_link_counters_t *counters)
+{
+    (void)link;
+    *counters = (frame_link_counters_t){
+        .datagrams_received    = frame_link_datagrams_received_read(),
+        .datagrams_sent        = frame_link_datagrams_sent_read(),
+        .datagrams_malformed   = frame_link_datagrams_malformed_read(),
+        .datagrams_overrun     = frame_link_datagrams_overrun_read(),
+        .mailbox_overrun       = frame_link_mailbox_overrun_read(),
+        .uploads_foreign       = frame_link_uploads_foreign_read(),
+        .uploads_unfit         = frame_link_uploads_unfit_read(),
+        .chunks_received       = frame_link_chunks_received_read(),
+        .chunks_repeated       = frame_link_chunks_repeated_read(),
+        .chunks_while_matching = frame_link_chunks_while_matching_read(),
+    };
+}
