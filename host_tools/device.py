@@ -16,8 +16,10 @@ from .call import LinkSettings
 from .devices.base import Device, DeviceInfo, Result
 from .devices.local import one_line, open_cosim, open_model
 from .devices.serial_device import SerialDevice
+from .devices.udp_device import UdpDevice
 from .errors import DeviceError, UrlError
 from .transports import open_transport
+from .udp_channel import UdpChannel
 from .urls import DeviceUrl, parse_url
 
 __all__ = ["Device", "DeviceInfo", "Result", "connect"]
@@ -35,9 +37,9 @@ class _Simulation(Protocol):
 def connect(url: str, link_settings: LinkSettings | None = None) -> Device:
     """The device at `url`, with a session begun if it is a remote one. Use it as a context manager.
 
-    `tcp://host:port` and `serial:/dev/ttyUSB0?baud=1000000` are devices behind a line; `sim:` is the full
-    system in simulation, started for the purpose; `cosim:` the gateware alone in Verilator; `model:` the
-    reference in NumPy.
+    `udp://host` is a device on a network; `tcp://host:port` and `serial:/dev/ttyUSB0?baud=1000000` are devices
+    behind a line; `sim:` is the full system in simulation, started for the purpose; `cosim:` the gateware alone
+    in Verilator; `model:` the reference in NumPy.
 
     Parameters
     ----------
@@ -62,6 +64,8 @@ def connect(url: str, link_settings: LinkSettings | None = None) -> Device:
         return open_cosim(parsed)
     if parsed.scheme == "sim":
         return _open_simulation(parsed, link_settings or LinkSettings())
+    if parsed.scheme == "udp":
+        return UdpDevice(url, UdpChannel(parsed.host, parsed.port), link_settings)
     return SerialDevice(url, open_transport(parsed), link_settings)
 
 
