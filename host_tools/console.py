@@ -11,6 +11,7 @@ import time
 
 from .errors import LinkTimeout
 from .link import Link
+from .serial_channel import SerialChannel
 
 #: What the firmware prints when it waits for a line.
 PROMPT = "litestereo> "
@@ -22,30 +23,30 @@ _LOOK_S = 0.02
 _EMPTY_LINE_S = 2.0
 
 
-def run_line(link: Link, line: str, timeout_s: float) -> str:
+def run_line(link: Link, channel: SerialChannel, line: str, timeout_s: float) -> str:
     """Types `line`; returns what the device prints, without echo and prompt.
 
-    The text ends at the prompt, or when nothing has come for `timeout_s`. Raises LinkTimeout then
-    if there was no text at all.
+    `channel` is that of `link`. The text ends at the prompt, or when nothing has come for `timeout_s`. Raises
+    LinkTimeout then if there was no text at all.
     """
     # An empty line first: it ends what noise has typed, and what comes up to its prompt is of no interest.
-    link.write_console("\n")
-    _read(link, min(timeout_s, _EMPTY_LINE_S))
-    link.write_console(line + "\n")
-    text = _read(link, timeout_s)
+    channel.write_console("\n")
+    _read(link, channel, min(timeout_s, _EMPTY_LINE_S))
+    channel.write_console(line + "\n")
+    text = _read(link, channel, timeout_s)
     if not text:
         raise LinkTimeout(f"the device's console printed nothing for {timeout_s:g} s")
     echo, newline, rest = text.removesuffix(PROMPT).partition("\n")
     return rest if newline and echo.strip() == line.strip() else text
 
 
-def _read(link: Link, timeout_s: float) -> str:
+def _read(link: Link, channel: SerialChannel, timeout_s: float) -> str:
     """Console text up to the next prompt, or until nothing comes for `timeout_s`; line ends are newlines."""
     text     = ""
     quiet_at = time.monotonic() + timeout_s
     while not text.endswith(PROMPT) and time.monotonic() < quiet_at:
         link.idle(_LOOK_S)
-        if more := link.demux.take_console():
+        if more := channel.take_console():
             text    += more.replace("\r", "")
             quiet_at = time.monotonic() + timeout_s
     return text

@@ -15,9 +15,11 @@ from typing import Protocol
 from .call import LinkSettings
 from .devices.base import Device, DeviceInfo, Result
 from .devices.local import one_line, open_cosim, open_model
-from .devices.remote import RemoteDevice
+from .devices.serial_device import SerialDevice
+from .devices.udp_device import UdpDevice
 from .errors import DeviceError, UrlError
 from .transports import open_transport
+from .udp_channel import UdpChannel
 from .urls import DeviceUrl, parse_url
 
 __all__ = ["Device", "DeviceInfo", "Result", "connect"]
@@ -35,9 +37,9 @@ class _Simulation(Protocol):
 def connect(url: str, link_settings: LinkSettings | None = None) -> Device:
     """The device at `url`, with a session begun if it is a remote one. Use it as a context manager.
 
-    `tcp://host:port` and `serial:/dev/ttyUSB0?baud=1000000` are devices behind a line; `sim:` is the full
-    system in simulation, started for the purpose; `cosim:` the gateware alone in Verilator; `model:` the
-    reference in NumPy.
+    `udp://host` is a device on a network; `tcp://host:port` and `serial:/dev/ttyUSB0?baud=1000000` are devices
+    behind a line; `sim:` is the full system in simulation, started for the purpose; `cosim:` the gateware alone
+    in Verilator; `model:` the reference in NumPy.
 
     Parameters
     ----------
@@ -62,7 +64,9 @@ def connect(url: str, link_settings: LinkSettings | None = None) -> Device:
         return open_cosim(parsed)
     if parsed.scheme == "sim":
         return _open_simulation(parsed, link_settings or LinkSettings())
-    return RemoteDevice(url, open_transport(parsed), link_settings)
+    if parsed.scheme == "udp":
+        return UdpDevice(url, UdpChannel(parsed.host, parsed.port), link_settings)
+    return SerialDevice(url, open_transport(parsed), link_settings)
 
 
 def _open_simulation(url: DeviceUrl, link_settings: LinkSettings) -> Device:
@@ -75,7 +79,7 @@ def _open_simulation(url: DeviceUrl, link_settings: LinkSettings) -> Device:
     except BaseException:
         simulation.close()
         raise
-    return RemoteDevice(url.text, line, replace(link_settings, hello_limit_s=limit_s), simulation.close)
+    return SerialDevice(url.text, line, replace(link_settings, hello_limit_s=limit_s), simulation.close)
 
 
 def _start(url: DeviceUrl, options: dict[str, int | str]) -> _Simulation:

@@ -11,39 +11,44 @@ import itertools
 import secrets
 import time
 from collections import deque
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable
 
 from . import payloads
-from .call import Call, LinkCounters, LinkSettings
+from .call import Call, LinkCounters, LinkSettings, Run, is_reply
+from .channel import Channel
 from .errors import DeviceError, LinkTimeout
-from .pace import Pace
-from .protocol import VERSION, Message, MessageType
+from .protocol import MIN_MESSAGE_BYTES, VERSION, ErrorCode, Message, MessageType
 from .refusals import refusal, version_mismatch
-from .serial_framing import Demultiplexer
-from .transports import Transport
+
+#: Longest wait in seconds between two hellos to a device that another host uses: that one may say goodbye.
+_BUSY_WAIT_S = 0.5
+
+#: A late copy of a hello is harmless until another request has come, so on a channel without order nothing is
+#: sent for this time in seconds.
+_SETTLE_S = 0.03
 
 
 class Link:
-    """Client of one device on one transport. Not for several threads.
+    """Client of one device on one channel. Not for several threads.
 
     Everything raises DeviceError or one of its children when the device refuses, is gone, or does not answer;
     after an exception `forget()` what was under way before using the link again.
     """
 
-    def __init__(self, transport: Transport, settings: LinkSettings | None = None) -> None:
+    def __init__(self, channel: Channel, settings: LinkSettings | None = None) -> None:
         self.counters     = LinkCounters()
-        self.demux        = Demultiplexer()
-        self._transport   = transport
+        self.session      = 0
+        self._channel     = channel
         self._settings    = settings or LinkSettings()
         self._limit_s     = self._settings.silence_limit_s
-        self._pace        = Pace(self._settings.timeout_floor_s, self._settings.initial_bytes_per_s)
-        self._session     = 0
+        self._timing      = channel.timing(self._settings.timeout_floor_s, self._settings.initial_bytes_per_s)
         # A random start keeps late replies to a host before this one from matching.
         self._sequences   = itertools.count(secrets.randbits(31))
         self._transmitted = itertools.count()
         self._waiting:      deque[Call] = deque()
         self._urgent:       deque[Call] = deque()
         self._outstanding:  dict[int, Call] = {}
+        self._runs:         dict[int, Run] = {}
         self._progress_at = time.monotonic()
         # A broken reply is no progress, but who sends one is there.
         self._heard_at    = self._progress_at
@@ -52,41 +57,111 @@ class Link:
         """Sets the time in seconds without any reply after which the device counts as gone."""
         self._limit_s = limit_s
 
-    def hello(self) -> payloads.Capabilities:
-        """Begins a session.
+    @property
+    def max_tries(self) -> int:
+        """How often something may be tried before the link gives up."""
+        return self._settings.max_tries
 
-        Raises LinkTimeout if no device answers, ProtocolError if it speaks another version.
+    @property
+    def patience_s(self) -> float:
+        """Seconds that a reply to something small may take at present before it counts as late."""
+        return self._timing.allowed_s(0, 1)
+
+    def hello(self) -> payloads.Capabilities:
+        """Begins a session, and waits for a device that another host uses.
+
+        Raises DeviceError if the device stays in use, LinkTimeout if no device answers, ProtocolError if it
+        speaks another version.
         """
-        nonce = secrets.randbits(32)
-        self._session = 0
         self._limit_s = self._settings.hello_limit_s
         try:
-            reply = self.call(MessageType.HELLO, payloads.pack_number(nonce))
+            capabilities = self._hello(time.monotonic() + self._limit_s)
         finally:
             self._limit_s = self._settings.silence_limit_s
-        capabilities  = payloads.Capabilities.unpack(reply.payload)
+        self.session = capabilities.session
+        if not self._channel.ordered:
+            self.idle(_SETTLE_S)
+        return capabilities
+
+    def _hello(self, give_up_at: float) -> payloads.Capabilities:
+        nonce        = secrets.randbits(32)
+        self.session = 0
+        while True:
+            call = self.submit(MessageType.HELLO, payloads.pack_number(nonce), urgent=True,
+                               accepts=[ErrorCode.BUSY])
+            reply = self._reply(call)
+            if reply.type != MessageType.ERROR:
+                break
+            _, _, busy_ms = payloads.unpack_error(reply.payload)
+            left_s        = give_up_at - time.monotonic()
+            if left_s <= 0:
+                raise DeviceError("another host uses the device, and has not let go of it for "
+                                  f"{self._settings.hello_limit_s:g} s: end the program there, or wait for it")
+            self.idle(min(left_s, _BUSY_WAIT_S, max(busy_ms/1000, self.patience_s)))
+        capabilities = payloads.Capabilities.unpack(reply.payload)
         if capabilities.nonce != nonce:
             raise DeviceError("the device answered another host's hello: only one host can use it at a time")
-        self._session = capabilities.session
         return capabilities
 
     def call(self, kind: MessageType, payload: bytes = b"", frame_id: int = 0) -> Message:
         """Sends one small request ahead of those that wait, and returns its reply."""
-        call = self.submit(kind, payload, frame_id, urgent=True)
+        return self._reply(self.submit(kind, payload, frame_id, urgent=True))
+
+    def _reply(self, call: Call) -> Message:
         self.wait([call])
         if call.reply is None:
-            raise DeviceError(f"the request {kind.name} was given up")
+            raise DeviceError("a request was given up")
         return call.reply
 
     def submit(self, kind: MessageType, payload: bytes = b"", frame_id: int = 0, offset: int = 0, *,
-               reply_bytes: int = 0, urgent: bool = False,
-               on_reply: Callable[[Message], None] | None = None) -> Call:
-        """Queues a request, for `pump` to send; urgent ones pass others. The reply carries `reply_bytes`."""
-        sequence = next(self._sequences) & 0xffffffff
-        request  = Message(kind, self._session, sequence, frame_id, offset, payload)
-        call     = Call(request, reply_bytes, on_reply)
+               reply_bytes: int = 0, urgent: bool = False, on_reply: Callable[[Message], None] | None = None,
+               accepts: Collection[ErrorCode] = ()) -> Call:
+        """Queues a request, for `pump` to send; urgent ones pass others. The reply carries `reply_bytes`.
+
+        An ERROR reply whose code is in `accepts` counts as reply; any other raises an exception.
+        """
+        request = Message(kind, self.session, self.next_sequence(), frame_id, offset, payload)
+        call    = Call(request, self._channel.wrap(request.encode()),
+                       reply_bytes + MIN_MESSAGE_BYTES + self._channel.overhead_bytes, on_reply, accepts)
         (self._urgent if urgent else self._waiting).append(call)
         return call
+
+    def drop(self, call: Call) -> None:
+        """Asks no more for the reply to `call`; one that comes is ignored."""
+        self._outstanding.pop(call.request.sequence, None)
+        for queue in (self._urgent, self._waiting):
+            if call in queue:
+                queue.remove(call)
+
+    def run(self, kind: MessageType, payload: bytes, frame_id: int, offset: int,
+            take: Callable[[Message], None]) -> int:
+        """Sends a request with many replies at once, and once only; returns its sequence.
+
+        `take` gets the replies, in whatever order, lost ones and repeated ones as it happens, and an ERROR
+        reply as well, until `end_run`.
+        """
+        sequence = self.next_sequence()
+        request  = Message(kind, self.session, sequence, frame_id, offset, payload)
+        self._runs[sequence] = Run(request, take)
+        self._channel.send(self._channel.wrap(request.encode()), False)
+        return sequence
+
+    def end_run(self, sequence: int) -> None:
+        """Ignores what replies may come to a run."""
+        self._runs.pop(sequence, None)
+
+    def next_sequence(self) -> int:
+        """The sequence of a request that is not made by this link, but sent on its channel."""
+        return next(self._sequences) & 0xffffffff
+
+    def flush(self) -> None:
+        """Sends what is queued, as far as the window allows."""
+        while call := self._next_that_fits():
+            if not self._outstanding:
+                self._progress_at = time.monotonic()
+            self._outstanding[call.request.sequence] = call
+            self.counters.requests += 1
+            self._send(call)
 
     def wait(self, calls: Iterable[Call]) -> None:
         """Pumps until all of `calls` have been answered."""
@@ -99,18 +174,19 @@ class Link:
         self._waiting.clear()
         self._urgent.clear()
         self._outstanding.clear()
+        self._runs.clear()
 
     def pump(self, wait_s: float) -> None:
         """Sends what the window allows, takes in what comes within `wait_s`, sends again what seems lost."""
-        self._fill_window()
+        self.flush()
         if self._outstanding:
             wait_s = min(wait_s, max(0.0, self._timeout_at() - time.monotonic()))
-        broken   = self.demux.errors
-        messages = self.demux.feed(self._transport.read(wait_s))
+        broken   = self._channel.errors
+        messages = self._channel.receive(wait_s)
         progress = [self._receive(message) for message in messages]
-        if self.demux.errors > broken:
+        if self._channel.errors > broken:
             self._heard_at = time.monotonic()
-        if self._outstanding and not any(progress):
+        if self._outstanding and not (self._channel.ordered and any(progress)):
             self._check_time()
 
     def idle(self, seconds: float) -> None:
@@ -118,18 +194,6 @@ class Link:
         end_at = time.monotonic() + seconds
         while (left_s := end_at - time.monotonic()) > 0:
             self.pump(left_s)
-
-    def write_console(self, text: str) -> None:
-        """Sends console text to the device, outside of any frame."""
-        self._transport.write(text.encode())
-
-    def _fill_window(self) -> None:
-        while call := self._next_that_fits():
-            if not self._outstanding:
-                self._progress_at = time.monotonic()
-            self._outstanding[call.request.sequence] = call
-            self.counters.requests += 1
-            self._send(call)
 
     def _next_that_fits(self) -> Call | None:
         """Takes the next request from its queue, unless the window is too full for it."""
@@ -141,18 +205,17 @@ class Link:
 
     def _fits(self, call: Call) -> bool:
         calls    = (call, *self._outstanding.values())
-        to_there = sum(len(other.framed) for other in calls)
+        to_there = sum(len(other.wrapped) for other in calls)
         to_here  = sum(other.reply_bytes for other in calls)
         return len(calls) == 1 or max(to_there, to_here) <= self._settings.window_bytes
 
     def _send(self, call: Call) -> None:
-        # One delimiter more ends whatever the device takes for the beginning of a frame, be it left behind by
-        # a host before this one or made by noise; a device that waits for a frame ignores it.
         resync = call.tries > 0 or call.request.type == MessageType.HELLO
         call.tries       += 1
         call.sent_at      = time.monotonic()
+        call.first_at     = call.first_at or call.sent_at
         call.transmission = next(self._transmitted)
-        self._transport.write(b"\0" + call.framed if resync else call.framed)
+        self._channel.send(call.wrapped, resync)
 
     def _send_again(self, calls: Iterable[Call]) -> None:
         for call in calls:
@@ -165,31 +228,50 @@ class Link:
 
     def _receive(self, message: Message) -> bool:
         """Takes in a message; returns whether it answers a request."""
+        run = self._runs.get(message.sequence)
+        if run is not None and is_reply(message, run.request) and message.version == VERSION:
+            self._progress_at = time.monotonic()
+            run.take(message)
+            return True
         call = self._outstanding.get(message.sequence)
         if call is None or not call.answered_by(message):
             self.counters.stale_replies += 1
             return False
-        if message.type == MessageType.ERROR:
+        del self._outstanding[message.sequence]
+        if message.type == MessageType.ERROR and payloads.unpack_error(message.payload)[0] not in call.accepts:
             raise refusal(message)
         if message.version != VERSION:
             raise version_mismatch(message.version)
-        del self._outstanding[message.sequence]
-        now = time.monotonic()
-        if call.tries == 1:
-            self._pace.sample(now - max(call.sent_at, self._progress_at), call.bytes_both_ways)
-        self._progress_at = now
-        call.reply        = message
+        self._measure(call)
+        call.reply = message
         if call.on_reply is not None:
             call.on_reply(message)
-        # The device answers in order: what was sent before this request and is not answered has been lost.
-        self._send_again([other for other in self._outstanding.values()
-                          if other.transmission < call.transmission])
+        if self._channel.ordered:
+            # What was sent before this request and is not answered has been lost.
+            self._send_again([other for other in self._outstanding.values()
+                              if other.transmission < call.transmission])
         return True
 
+    def _measure(self, call: Call) -> None:
+        """Takes in the time that the reply took, which has just come."""
+        now = time.monotonic()
+        if not self._channel.ordered:
+            self._timing.sample(now - call.first_at, call.bytes_both_ways)
+        elif call.tries == 1:
+            self._timing.sample(now - max(call.sent_at, self._progress_at), call.bytes_both_ways)
+        self._progress_at = now
+
     def _timeout_at(self) -> float:
+        """When something counts as lost."""
+        if not self._channel.ordered:
+            return min(map(self._late_at, self._outstanding.values()))
         in_flight = sum(call.bytes_both_ways for call in self._outstanding.values())
         oldest    = min(self._outstanding.values(), key=lambda call: call.transmission)
-        return max(self._progress_at, oldest.sent_at) + self._pace.allowed_s(in_flight, oldest.tries)
+        return max(self._progress_at, oldest.sent_at) + self._timing.allowed_s(in_flight, oldest.tries)
+
+    def _late_at(self, call: Call) -> float:
+        """When a request counts as lost where each has a time of its own, as a later reply shows nothing."""
+        return call.sent_at + self._timing.allowed_s(call.bytes_both_ways, call.tries)
 
     def _check_time(self) -> None:
         now = time.monotonic()
@@ -198,4 +280,6 @@ class Link:
                               "is it running, is this its port and speed, and does no other host use it?")
         if now >= self._timeout_at():
             self.counters.timeouts += 1
-            self._send_again(sorted(self._outstanding.values(), key=lambda call: call.transmission))
+            late = [call for call in self._outstanding.values()
+                    if self._channel.ordered or now >= self._late_at(call)]
+            self._send_again(sorted(late, key=lambda call: call.transmission))

@@ -88,6 +88,13 @@ class Parameter(enum.IntEnum):
     MEDIAN            = 10
 
 
+def pack_header(kind: int, session: int, sequence: int, frame_id: int, offset: int,
+                payload: bytes | memoryview, version: int = VERSION) -> tuple[bytes, bytes]:
+    """What stands before and behind the payload of a message; raises struct.error if a field does not fit."""
+    header = _HEADER.pack(MAGIC, version, kind, session, sequence, frame_id, offset, len(payload))
+    return header, _CRC.pack(zlib.crc32(payload, zlib.crc32(header)))
+
+
 @dataclass(frozen=True)
 class Message:
     """One message: the fields of its header, each an unsigned number, and its payload of 0 to 1024 bytes."""
@@ -111,12 +118,11 @@ class Message:
         if len(self.payload) > CHUNK_BYTES:
             raise ProtocolError(f"a payload of {len(self.payload)} bytes is longer than {CHUNK_BYTES}")
         try:
-            header = _HEADER.pack(MAGIC, self.version, self.type, self.session, self.sequence, self.frame_id,
-                                  self.offset, len(self.payload))
+            header, crc = pack_header(self.type, self.session, self.sequence, self.frame_id, self.offset,
+                                      self.payload, self.version)
         except struct.error as error:
             raise ProtocolError(f"a header field does not fit its place: {error}") from error
-        body = header + self.payload
-        return body + _CRC.pack(zlib.crc32(body))
+        return header + self.payload + crc
 
     @classmethod
     def decode(cls, data: bytes) -> Message:

@@ -34,6 +34,8 @@ def refusal(reply: Message) -> LiteStereoError:
     if code == ErrorCode.SESSION:
         return SessionLost("the device ended this session: another host connected to it, or it restarted; "
                            "connect again")
+    if code == ErrorCode.BUSY and request_type != MessageType.HELLO:
+        return SessionLost("another host has taken the device over while this one was silent: connect again")
     known   = request_type in set(MessageType)
     request = MessageType(request_type).name if known else f"request {request_type:#04x}"
     reason  = _reason(code, reply.frame_id, detail)

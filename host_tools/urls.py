@@ -12,9 +12,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from .errors import UrlError
+from .protocol import UDP_PORT
 
 #: An example of each kind of device URL, for messages and help.
 EXAMPLES = {
+    "udp":    "udp://192.168.1.50",
     "tcp":    "tcp://127.0.0.1:2000",
     "serial": "serial:/dev/ttyUSB0?baud=1000000",
     "sim":    "sim:?ram=sdram",
@@ -25,7 +27,7 @@ EXAMPLES = {
 
 @dataclass(frozen=True)
 class DeviceUrl:
-    """A device URL in parts: `host` and `port` of tcp, `path` of serial, `options` from the query."""
+    """A device URL in parts: `host` and `port` of udp and tcp, `path` of serial, `options` from the query."""
 
     text:    str
     scheme:  str
@@ -65,21 +67,23 @@ def parse_url(text: str) -> DeviceUrl:
     if parts.scheme not in EXAMPLES or not text.startswith(f"{parts.scheme}:"):
         raise UrlError(f"'{text}' is not a device URL, write it like one of: {', '.join(EXAMPLES.values())}")
     url = DeviceUrl(text, parts.scheme, path=parts.path, options=options)
-    if parts.scheme == "tcp":
-        return _parse_tcp(url, parts)
+    if parts.scheme in ("udp", "tcp"):
+        return _parse_host(url, parts)
     if parts.netloc or bool(parts.path) != (parts.scheme == "serial"):
         raise UrlError(f"'{text}' is not a {parts.scheme} URL, write it like {EXAMPLES[parts.scheme]}")
     return url
 
 
-def _parse_tcp(url: DeviceUrl, parts: urllib.parse.SplitResult) -> DeviceUrl:
+def _parse_host(url: DeviceUrl, parts: urllib.parse.SplitResult) -> DeviceUrl:
     try:
         host, port = parts.hostname, parts.port
     except ValueError:
         raise UrlError(f"'{url.text}': the port must be a number from 1 to 65535") from None
+    if port is None and url.scheme == "udp" and not parts.netloc.endswith(":"):
+        port = UDP_PORT
     if port == 0:
         raise UrlError(f"'{url.text}': the port must be a number from 1 to 65535")
     if not host or port is None or parts.path:
-        raise UrlError(f"'{url.text}' is not a tcp URL, write it like {EXAMPLES['tcp']}")
+        raise UrlError(f"'{url.text}' is not a {url.scheme} URL, write it like {EXAMPLES[url.scheme]}")
     url.check_options()
     return DeviceUrl(url.text, url.scheme, host, port)

@@ -24,10 +24,11 @@ _EPILOG = """\
 examples:
   litestereo match left.png right.png -o out --device model:
   litestereo match left.png right.png -o out --device 'serial:/dev/ttyUSB0?baud=1000000' --block-size 15
-  litestereo info --device tcp://127.0.0.1:2000 --json
+  litestereo info --device udp://192.168.1.50 --json
   litestereo console --device tcp://127.0.0.1:2000 selftest
 
 devices:
+  udp://host:port                   a device on a network (default port: 19539)
   tcp://host:port                   a device behind a network connection that carries its serial line
   serial:/dev/ttyUSB0?baud=1000000  a device at a serial port (default baud: 1000000)
   sim:                              the full system in simulation, started for this command

@@ -31,11 +31,22 @@ class Frame:
         self.opened_at          = time.monotonic()
         self.started_at         = 0.0
         self.matched_at         = 0.0
+        self.download_at        = 0.0
         self.downloaded_at      = 0.0
-        self._images            = [image.tobytes() for image in pair]
+        # Copies: whoever streams may fill the same arrays with the next pair.
+        self._images            = [memoryview(image.tobytes()) for image in pair]
         self._map               = bytearray(2*self.width*self.height)
 
-    def chunks(self, pitch: int) -> Iterator[tuple[int, bytes]]:
+    @property
+    def map_bytes(self) -> int:
+        """Size of the download space in bytes."""
+        return len(self._map)
+
+    def store_part(self, offset: int, part: bytes) -> None:
+        """Puts a part of the map in its place."""
+        self._map[offset:offset + len(part)] = part
+
+    def chunks(self, pitch: int) -> Iterator[tuple[int, memoryview]]:
         """Offset in the upload space and bytes of every chunk; the right image begins at `pitch`."""
         for base, image in zip((0, pitch), self._images, strict=True):
             for offset in range(0, len(image), CHUNK_BYTES):
@@ -53,7 +64,7 @@ class Frame:
             if len(reply.payload) != length:
                 raise ProtocolError(f"the device sent {len(reply.payload)} bytes of the map "
                                     f"instead of {length}")
-            self._map[reply.offset:reply.offset + length] = reply.payload
+            self.store_part(reply.offset, reply.payload)
             if done is not None:
                 done(reply)
 
@@ -69,5 +80,5 @@ class Frame:
             first_row_clocks = status.first_row_clocks,
             upload_s         = self.started_at - self.opened_at,
             match_s          = self.matched_at - self.started_at,
-            download_s       = self.downloaded_at - self.matched_at,
+            download_s       = self.downloaded_at - self.download_at,
         )

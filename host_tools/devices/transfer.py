@@ -49,7 +49,7 @@ class Transfer:
         _, pitch = payloads.unpack_opened(self._link.call(MessageType.OPEN, size, frame.frame_id).payload)
         chunks   = list(frame.chunks(pitch))
         done     = _steps("upload", len(chunks), progress)
-        frame.uploads = [self._link.submit(MessageType.UPLOAD, chunk, frame.frame_id, offset, on_reply=done)
+        frame.uploads = [self._link.submit(MessageType.UPLOAD, bytes(chunk), frame.frame_id, offset, on_reply=done)
                          for offset, chunk in chunks]
 
     def finish_upload(self, frame: Frame) -> None:
@@ -65,7 +65,7 @@ class Transfer:
         status = self._wait_for_match(frame)
         if progress is not None:
             progress("match", 1, 1)
-        frame.matched_at = time.monotonic()
+        frame.matched_at = frame.download_at = time.monotonic()
         reads = list(frame.reads())
         done  = _steps("download", len(reads), progress)
         self._link.wait([

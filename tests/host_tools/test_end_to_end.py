@@ -23,6 +23,7 @@ from litestereo.host_tools.errors import DeviceError, DeviceRefused, LinkTimeout
 from litestereo.host_tools.link import Link, LinkSettings
 from litestereo.host_tools.payloads import FrameState
 from litestereo.host_tools.protocol import CHUNK_BYTES, ErrorCode, Message, MessageType, Parameter
+from litestereo.host_tools.serial_channel import SerialChannel
 from litestereo.host_tools.serial_framing import Demultiplexer, frame
 from litestereo.host_tools.settings import MatcherSettings
 from litestereo.host_tools.transports.tcp import TcpTransport
@@ -214,7 +215,7 @@ KILLED_HOST = textwrap.dedent("""
     device = connect(sys.argv[1])
     def progress(phase, done, total):
         if done == 5:
-            device._link._transport.write(b"\\0half of a message")
+            device._channel._transport.write(b"\\0half of a message")
             print("uploading", flush=True)
             time.sleep(60)
     image = np.zeros((100, 200), np.uint8)
@@ -336,7 +337,7 @@ def test_another_version_is_refused_by_the_firmware(shared_port):
 def link(shared_port):
     """A session on the bare link, with frame 1 open (64 x 20 pixels, 16 disparities, block size 5)."""
     line     = TcpTransport("127.0.0.1", shared_port)
-    link_    = Link(line)
+    link_    = Link(SerialChannel(line))
     settings = {Parameter.DISPARITIES: 16, Parameter.BLOCK_SIZE: 5}
     link_.hello()
     link_.call(MessageType.CONFIGURE, payloads.pack_parameters(settings))

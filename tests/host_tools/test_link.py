@@ -15,6 +15,7 @@ from litestereo.host_tools.errors import DeviceError, DeviceRefused, LinkTimeout
 from litestereo.host_tools.link import Link, LinkSettings
 from litestereo.host_tools.pace import Pace
 from litestereo.host_tools.protocol import CHUNK_BYTES, REPLY, ErrorCode, Message, MessageType
+from litestereo.host_tools.serial_channel import SerialChannel
 from litestereo.host_tools.serial_framing import Demultiplexer
 from support.pairs import byte_generator
 from support.protocol_vectors import CAPABILITIES, SESSION
@@ -41,7 +42,7 @@ def refuse(request, code, detail=0):
 
 def connected(script, settings=QUICK):
     transport = ScriptedTransport(script)
-    link      = Link(transport, settings)
+    link      = Link(SerialChannel(transport), settings)
     link.hello()
     return link, transport
 
@@ -84,7 +85,7 @@ def test_bytes_in_flight_stay_within_the_window(kind):
         burst.append(max(len(framed(request)), len(reply)))
         return reply
 
-    link = Link(Counting(script), QUICK)
+    link = Link(SerialChannel(Counting(script)), QUICK)
     link.hello()
     if kind == MessageType.UPLOAD:
         link.wait(upload(link, 40))
@@ -170,7 +171,7 @@ def test_console_text_between_replies_is_kept_apart():
     link, _ = connected(lambda request: b"hello " + answer(request) + b"world\n")
     link.call(MessageType.START)
     link.idle(0.01)
-    assert link.demux.take_console() == "hello world\nhello world\n"
+    assert link._channel.take_console() == "hello world\nhello world\n"
 
 
 def test_a_silent_device_is_given_up_within_the_limit():
@@ -179,7 +180,7 @@ def test_a_silent_device_is_given_up_within_the_limit():
         begin  = time.monotonic()
         with pytest.raises(LinkTimeout, match="has not answered for 0.5 s"):
             if limit == "hello":
-                Link(silent, QUICK).hello()
+                Link(SerialChannel(silent), QUICK).hello()
             else:
                 connected(lambda request: answer(request) if request.type == MessageType.HELLO else b""
                           )[0].call(MessageType.START)
@@ -200,7 +201,7 @@ def test_broken_replies_are_no_silence():
     link, _ = connected(script)
     assert link.call(MessageType.START).type == MessageType.START | REPLY
     assert link.counters.retransmissions > 10
-    assert link.demux.errors > 10
+    assert link._channel.errors > 10
 
 
 def test_a_lone_request_has_many_tries_within_the_limit():
@@ -220,7 +221,7 @@ def test_chatter_does_not_keep_a_dead_device_alive():
 
     begin = time.monotonic()
     with pytest.raises(LinkTimeout):
-        Link(Chatty(lambda request: b""), QUICK).hello()
+        Link(SerialChannel(Chatty(lambda request: b"")), QUICK).hello()
     assert time.monotonic() - begin < 2
 
 
@@ -257,7 +258,7 @@ def test_a_slow_device_is_not_hurried():
             time.sleep(max(0.0, wait_s))
             return super().read(timeout_s)
 
-    link = Link(Slow(answer), LinkSettings())
+    link = Link(SerialChannel(Slow(answer)), LinkSettings())
     link.hello()
     link.wait(upload(link, 12))
     assert (link.counters.retransmissions, link.counters.timeouts) == (0, 0)
@@ -267,7 +268,7 @@ def test_time_away_from_the_link_costs_no_retransmission():
     """Replies that came while the caller did something else are read before anything counts as late."""
     link, transport = connected(answer)
     calls = upload(link, 3)
-    link._fill_window()
+    link.flush()
     time.sleep(0.2)
     link.wait(calls)
     assert link.counters.timeouts == 0
@@ -301,12 +302,13 @@ def test_another_protocol_version_is_named(how):
         return framed(replace(request.reply(CAPABILITIES.pack()), version=2))
 
     with pytest.raises(ProtocolError, match="protocol version 2, this host version 1"):
-        Link(ScriptedTransport(script), QUICK).hello()
+        Link(SerialChannel(ScriptedTransport(script)), QUICK).hello()
 
 
 def test_another_hosts_hello_reply_is_not_taken():
     with pytest.raises(DeviceError, match="another host"):
-        Link(ScriptedTransport(lambda request: framed(request.reply(CAPABILITIES.pack()))), QUICK).hello()
+        line = ScriptedTransport(lambda request: framed(request.reply(CAPABILITIES.pack())))
+        Link(SerialChannel(line), QUICK).hello()
 
 
 def test_hello_and_repeated_requests_are_led_by_one_more_delimiter():
@@ -318,7 +320,7 @@ def test_hello_and_repeated_requests_are_led_by_one_more_delimiter():
             super().write(data)
 
     transport = Recording(lambda request: answer(request) if len(transport.lines) != 2 else b"")
-    link      = Link(transport, QUICK)
+    link      = Link(SerialChannel(transport), QUICK)
     link.hello()
     link.call(MessageType.START)
     assert [data.startswith(b"\0\0") for data in transport.lines] == [True, False, True]

@@ -183,7 +183,7 @@ def test_every_refusal_is_one_clear_line(code):
     reply = Message(MessageType.ERROR, frame_id=7, payload=payloads.pack_error(code, MessageType.START, 2))
     text  = str(refusal(reply))
     assert "\n" not in text and len(text) > 30
-    assert isinstance(refusal(reply), SessionLost) == (code == ErrorCode.SESSION)
+    assert isinstance(refusal(reply), SessionLost) == (code in (ErrorCode.SESSION, ErrorCode.BUSY))
     assert isinstance(failed_frame(7, code), LiteStereoError)
 
 

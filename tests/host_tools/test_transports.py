@@ -30,6 +30,9 @@ def test_parts_of_urls():
     url = parse_url("tcp://board.local:2000")
     assert (url.scheme, url.host, url.port) == ("tcp", "board.local", 2000)
     assert parse_url("tcp://[::1]:2000").host == "::1"
+    url = parse_url("udp://board.local")
+    assert (url.scheme, url.host, url.port) == ("udp", "board.local", 19539)
+    assert parse_url("udp://10.0.0.7:1234").port == 1234
     url = parse_url("serial:/dev/ttyUSB0?baud=115200")
     assert (url.scheme, url.path, url.integer("baud", 1)) == ("serial", "/dev/ttyUSB0", 115200)
     url = parse_url("cosim:?disparities=32&max_width=320")
@@ -40,7 +43,8 @@ def test_parts_of_urls():
     "", "tcp", "model", "foo:", "tcp:", "tcp://", "tcp://host", "tcp://host:", "tcp://host:0",
     "tcp://host:65536", "tcp://host:x", "tcp://:2000", "tcp://host:1/path", "tcp://host:1?baud=1",
     "tcp://[::1:2000", "serial:", "serial://x", "serial:?baud=1", "model:/x", "model:?disparities", "sim://host",
-    "/dev/ttyUSB0", "http://host:1",
+    "/dev/ttyUSB0", "http://host:1", "udp:", "udp://", "udp://host:", "udp://host:0", "udp://host:x", "udp://:1",
+    "udp://host/path", "udp://host?baud=1",
 ])
 def test_malformed_urls_are_refused_in_one_line(text):
     with pytest.raises(UrlError) as caught:

@@ -12,7 +12,7 @@ import fcntl
 import functools
 import shutil
 import subprocess
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import pytest
@@ -39,13 +39,31 @@ def build() -> Path:
 @contextlib.contextmanager
 def native_device(*options: str) -> Iterator[int]:
     """Runs the program and gives its TCP port; a sanitizer's complaint fails the test at the end."""
+    with _running(options) as process:
+        yield _port(process, "listening on 127.0.0.1:")
+
+
+@contextlib.contextmanager
+def native_udp_device(*options: str) -> Iterator[int]:
+    """The same with a network, and its UDP port."""
+    with _running(["--udp-port", "0", *options]) as process:
+        _port(process, "listening on 127.0.0.1:")
+        yield _port(process, "listening on udp 127.0.0.1:")
+
+
+@contextlib.contextmanager
+def _running(options: Sequence[str]) -> Iterator[subprocess.Popen[str]]:
     pipe = subprocess.PIPE
     with subprocess.Popen([build(), *options], stdout=pipe, stderr=pipe, text=True) as process:
         try:
-            line = process.stdout.readline()
-            assert line.startswith("listening on 127.0.0.1:"), line + process.stderr.read()
-            yield int(line.rsplit(":", 1)[1])
+            yield process
         finally:
             process.terminate()
             _, complaint = process.communicate(timeout=10)
         assert (process.returncode, complaint) == (0, "")
+
+
+def _port(process: subprocess.Popen[str], announcement: str) -> int:
+    line = process.stdout.readline()
+    assert line.startswith(announcement), line + process.stderr.read()
+    return int(line.rsplit(":", 1)[1])

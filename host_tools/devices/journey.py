@@ -1,0 +1,182 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""One frame's way over a network: opened, uploaded, matched, downloaded, released, each step when it is time."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Collection
+
+from .. import payloads
+from ..call import Call
+from ..errors import DeviceError, LinkTimeout
+from ..link import Link
+from ..payloads import FrameState, FrameStatus
+from ..protocol import ErrorCode, Message, MessageType
+from ..refusals import failed_frame, refusal
+from ..udp_channel import UdpChannel
+from .base import Progress, Result
+from .download import Download
+from .frame import Frame
+from .upload import Upload
+from .upload_window import UploadWindow
+
+#: The wait between two questions for the status in seconds: it grows from the first to the second.
+_MIN_POLL_S = 0.0005
+_MAX_POLL_S = 0.05
+
+#: Longest match in seconds, behind two others; a slow simulation of the largest frame takes a few.
+_MATCH_LIMIT_S = 360.0
+
+#: Tries to open a frame for which there is no slot, until it counts as true.
+_OPEN_TRIES = 8
+
+
+class Journey:
+    """A frame under way; replies move it on, and `step` sends what is to be sent.
+
+    Parameters
+    ----------
+    former
+        Frames that were released before: a late copy of their OPEN may have opened them again.
+    """
+
+    def __init__(self, link: Link, channel: UdpChannel, window: UploadWindow, frame: Frame,
+                 former: Collection[int], progress: Progress | None) -> None:
+        self.frame     = frame
+        self.released  = False
+        self._link     = link
+        self._channel  = channel
+        self._window   = window
+        self._former   = former
+        self._progress = progress
+        self._upload:   Upload | None      = None
+        self._download: Download | None    = None
+        self._status:   FrameStatus | None = None
+        self._call:     Call | None        = None
+        self._opens    = 0
+        self._started  = False
+        self._matched  = False
+        self._poll_s   = _MIN_POLL_S
+        self._poll_at  = 0.0
+        self._looks    = 0
+        self._open()
+
+    @property
+    def sent(self) -> bool:
+        """Whether all chunks have been sent, so that the next frame may be."""
+        return self._upload is not None and self._upload.sent
+
+    @property
+    def arrived(self) -> bool:
+        """Whether all of the map is here."""
+        return self._download is not None and self._download.done
+
+    @property
+    def wake_at(self) -> float:
+        """When there is something to do for the first frame under way if nothing comes."""
+        if self._download is not None:
+            return self._download.late_at
+        return self._poll_at if self._started and not self._matched and self._call is None else float("inf")
+
+    def result(self) -> Result:
+        """The frame's result, once the map is here."""
+        if self._status is None:
+            raise DeviceError(f"frame {self.frame.frame_id} has not been matched")
+        return self.frame.result(self._status)
+
+    def step(self, first: bool) -> None:
+        """Sends what is to be sent; only the `first` frame under way is asked for its map."""
+        if self._upload is not None and not self._started:
+            self._upload.fill()
+            if self._upload.done and self._call is None:
+                self._start()
+        if first and self._started and not self._matched and self._call is None and time.monotonic() >= self._poll_at:
+            self._ask_status()
+        if first and self._matched and self._download is None:
+            self.frame.download_at = time.monotonic()
+            self._download = Download(self._link, self._channel.room, self.frame, self._progress)
+        if self._download is not None and not self.released:
+            self._fetch(self._download)
+
+    def _fetch(self, download: Download) -> None:
+        if not download.done:
+            download.fill()
+            # When no map comes, a question that is answered tells whether there still is a session.
+            if download.stalled > self._looks and self._call is None:
+                self._ask_status()
+            self._looks = download.stalled
+        elif self._call is None:
+            self.frame.downloaded_at = time.monotonic()
+            download.forget()
+            self._call = self._link.submit(MessageType.RELEASE, frame_id=self.frame.frame_id, urgent=True,
+                                           on_reply=self._on_released)
+
+    def _open(self) -> None:
+        self._opens += 1
+        size = payloads.pack_size(self.frame.width, self.frame.height)
+        self._call = self._link.submit(MessageType.OPEN, size, self.frame.frame_id, on_reply=self._on_opened,
+                                       accepts=[ErrorCode.NO_SLOT])
+
+    def _on_opened(self, reply: Message) -> None:
+        if reply.type == MessageType.ERROR:
+            if self._opens >= _OPEN_TRIES:
+                raise refusal(reply)
+            for frame_id in self._former:
+                self._link.submit(MessageType.RELEASE, frame_id=frame_id, urgent=True)
+            self._open()
+            return
+        self._call   = None
+        _, pitch     = payloads.unpack_opened(reply.payload)
+        self._upload = Upload(self._link, self._channel, self._window, self.frame, pitch, self._progress)
+
+    def _start(self) -> None:
+        self._call = self._link.submit(MessageType.START, frame_id=self.frame.frame_id, urgent=True,
+                                       on_reply=self._on_started)
+        self.frame.started_at = time.monotonic()
+
+    def _on_started(self, _: Message) -> None:
+        self._call    = None
+        self._started = True
+        if self._progress is not None:
+            self._progress("match", 0, 1)
+
+    def _ask_status(self) -> None:
+        self._call = self._link.submit(MessageType.STATUS, frame_id=self.frame.frame_id, urgent=True,
+                                       on_reply=self._on_status)
+
+    def _on_status(self, reply: Message) -> None:
+        self._call = None
+        now        = time.monotonic()
+        status     = FrameStatus.unpack(reply.payload)
+        if status.state == FrameState.FAILED:
+            raise failed_frame(self.frame.frame_id, status.error)
+        if status.state not in (FrameState.READY, FrameState.MATCHING, FrameState.DONE):
+            raise DeviceError(f"the device lost frame {self.frame.frame_id} (state {status.state}): connect again")
+        if status.state == FrameState.DONE and not self._matched:
+            self._matched = True
+            self._status  = status
+            self.frame.matched_at = now
+            if self._progress is not None:
+                self._progress("match", 1, 1)
+        elif now - self.frame.started_at > _MATCH_LIMIT_S:
+            raise LinkTimeout(f"the device has not matched frame {self.frame.frame_id} within {_MATCH_LIMIT_S:g} s: "
+                              "restart it")
+        self._poll_at = now + self._poll_s
+        self._poll_s  = min(1.5*self._poll_s, _MAX_POLL_S)
+
+    def _on_released(self, _: Message) -> None:
+        self._call    = None
+        self.released = True
+
+    def forget(self) -> None:
+        """Asks for nothing any more."""
+        if self._call is not None:
+            self._link.drop(self._call)
+        if self._upload is not None:
+            self._upload.forget()
+        if self._download is not None:
+            self._download.forget()
