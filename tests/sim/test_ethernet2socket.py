@@ -297,6 +297,13 @@ def test_fuzz(hosts):
         assert [frame.data for frame in bench.run(200)] == [expected]
 
 
+@pytest.mark.parametrize("seed", [0, 2**32 - 1, 2**32, -1])
+def test_fuzz_of_any_seed(bench, seed):
+    """No seed makes the same frame all the time."""
+    bench.fuzz([datagram(DEVICE, TO_NINE, bytes(28))], seed, 1000)
+    assert len(bench.outcomes()) > 5
+
+
 def read_capture(path) -> list[tuple[float, int, bytes]]:
     """Nanoseconds, original length and bytes of each frame of a pcap file."""
     data = path.read_bytes()
