@@ -13,6 +13,7 @@
  * CLOCK is sys_clk or eth_clk, which has half the frequency. Commands on the standard input, each answered with `done`:
  *
  *   send SESSION HEX           put a frame in line, and a clock without a byte behind it
+ *   clock SESSION CLOCK        make this the module's clock, as if so many had passed
  *   run CLOCKS                 prints `frame SESSION CLOCK HEX`, CLOCK being the one of the first byte
  *   fuzz SESSION SEED FRAMES   send mutations of the frames given by `send`; nothing reaches a socket
  *   outcomes SESSION           prints the counter of each outcome
@@ -264,6 +265,8 @@ static void obey(const char *line)
         queue_frame(&socs[number], frame, from_hex(line + used, frame, sizeof(frame)));
     } else if (sscanf(line, "fuzz %lu %lu %lu", &number, &seed, &clocks) == 3 && number < sessions) {
         fuzz(number, seed, clocks);
+    } else if (sscanf(line, "clock %lu %lu", &number, &clocks) == 2 && number < sessions) {
+        ((struct session *)socs[number].session)->clocks = clocks;
     } else if (sscanf(line, "outcomes %lu", &number) == 1 && number < sessions) {
         print_outcomes(socs[number].session);
     } else {
