@@ -7,6 +7,7 @@
 /* The console, the way of frames through the matcher, and faults. */
 
 #include "app_fixture.h"
+#include "fake_frame_link.h"
 #include "generated/csr.h"
 
 static void test_console(void)
@@ -180,6 +181,40 @@ static void test_wrong_gateware(void)
     fake_stereo.max_disparities = 64;
 }
 
+static bool send_nothing(const peer_t *peer, const uint8_t *bytes, size_t length)
+{
+    (void)peer;
+    (void)bytes;
+    (void)length;
+    return true;
+}
+
+/* With UDP, without it, and with one that is not known or does not come to rest: the line works all the same. */
+static void test_udp(void)
+{
+    static const peer_t peer = {.udp = true, .address = 1, .port = 2};
+
+    boot();
+    REQUIRE(strstr(type("info\r"), "udp") == NULL && strstr(type("stats\r"), "datagrams_received: 0\r\n") != NULL);
+    fake_frame_link.version = FRAME_LINK_VERSION;
+    fake_frame_link.send    = send_nothing;
+    fake_frame_link.address = 0xc0a80132;
+    boot();
+    REQUIRE(strstr(out, "no UDP") == NULL);
+    REQUIRE_TYPE("info\r", "udp: 192.168.1.50 port 19539\r\n");
+    fake_frame_link_receive(&peer, (const uint8_t *)"?", 1);
+    REQUIRE_TYPE("stats\r", "datagrams_received: 1\r\n");
+    REQUIRE_TYPE("stats\r", "datagrams_malformed: 1\r\n");
+    fake_frame_link.version = FRAME_LINK_VERSION + 1;
+    boot();
+    REQUIRE(strstr(out, "no UDP") != NULL && strstr(out, "litestereo> ") != NULL);
+    REQUIRE(strstr(type("info\r"), "udp:") == NULL);
+    REQUIRE_TYPE("selftest\r", "selftest: passed");
+    fake_frame_link.version = 0;
+    boot();
+    REQUIRE(strstr(out, "no UDP") == NULL);
+}
+
 int main(void)
 {
     make_memory();
@@ -190,6 +225,7 @@ int main(void)
     test_refused_settings();
     test_stuck();
     test_faults();
+    test_udp();
     test_wrong_gateware();
     return 0;
 }
