@@ -123,7 +123,8 @@ static bool take_reply(const peer_t *peer, const uint8_t *bytes, size_t length)
 {
     message_t message;
 
-    REQUIRE(peer->udp && message_parse(bytes, length, &message) == STATUS_OK && (message.type & PROTOCOL_REPLY_BIT) != 0);
+    REQUIRE(peer->udp && message_parse(bytes, length, &message) == STATUS_OK);
+    REQUIRE((message.type & PROTOCOL_REPLY_BIT) != 0);
     if (message.type == TYPE_ERROR) {
         REQUIRE(message.length == PROTOCOL_ERROR_SIZE && get_u16(message.payload) <= ERROR_BUSY);
         errors[get_u16(message.payload)]++;

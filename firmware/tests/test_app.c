@@ -189,6 +189,45 @@ static bool send_nothing(const peer_t *peer, const uint8_t *bytes, size_t length
     return true;
 }
 
+/* A message comes in by UDP, and the firmware takes its turns. */
+static void post(uint8_t type, uint32_t offset, const uint8_t *payload, uint32_t length)
+{
+    static const peer_t peer = {.udp = true, .address = 1, .port = 2};
+    uint8_t   bytes[PROTOCOL_MESSAGE_MAX];
+    message_t message = {
+        .version = 1, .type = type, .session = app.session.token, .frame_id = 5, .offset = offset, .length = length,
+        .payload = payload,
+    };
+
+    fake_frame_link_receive(&peer, bytes, message_build(&message, bytes));
+    app_poll(&app);
+    app_poll(&app);
+}
+
+/* The main loop serves UDP, and sees that chunks which it does not get keep a session alive. */
+static void test_udp_session(void)
+{
+    static const uint8_t size[4] = {80, 0, 20, 0}, chunk[PROTOCOL_CHUNK_SIZE];
+
+    fake_frame_link.version = FRAME_LINK_VERSION;
+    fake_frame_link.send    = send_nothing;
+    boot();
+    post(TYPE_HELLO, 0, size, 4);
+    post(TYPE_OPEN, 0, size, 4);
+    REQUIRE(app.session.open && app.session.peer.udp && app.pool.frame[0].state == FRAME_LOADING);
+    for (int turn = 0; turn < 3; turn++) {
+        now += 4000000;
+        post(TYPE_UPLOAD, 0, chunk, sizeof(chunk));
+        now += 20000;
+        app_poll(&app);
+        REQUIRE(now - app.session.heard < 30000);
+    }
+    REQUIRE(app.counters.value[COUNTER_CHUNKS_RECEIVED] == 1 && app.counters.value[COUNTER_CHUNKS_REPEATED] == 2);
+    post(TYPE_BYE, 0, NULL, 0);
+    REQUIRE(!app.session.open && app.pool.frame[0].state == FRAME_EMPTY);
+    fake_frame_link.version = 0;
+}
+
 /* With UDP, without it, and with one that is not known or does not come to rest: the line works all the same. */
 static void test_udp(void)
 {
@@ -226,6 +265,7 @@ int main(void)
     test_stuck();
     test_faults();
     test_udp();
+    test_udp_session();
     test_wrong_gateware();
     return 0;
 }

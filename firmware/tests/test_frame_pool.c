@@ -57,7 +57,8 @@ static frame_t *frame_in(frame_state_t state)
 static void test_note(void)
 {
     static const stereo_settings_t sizes[] = {
-        {.width = 61, .height = 43}, {.width = 128, .height = 128}, {.width = 130, .height = 130}, {.width = 4, .height = 1},
+        {.width = 61, .height = 43}, {.width = 128, .height = 128}, {.width = 130, .height = 130},
+        {.width = 4, .height = 1},
     };
 
     for (size_t i = 0; i < sizeof(sizes) / sizeof(sizes[0]); i++) {
