@@ -22,7 +22,8 @@ typedef struct {
     uint32_t address;     /**< IPv4. */
     bool     hang;        /**< Nothing that is under way comes to its end. */
     bool   (*matching)(void);  /**< Whether the matcher is at work; may be null. */
-    bool   (*send)(const peer_t *peer, const uint8_t *bytes, size_t length);  /**< Takes a datagram; false if it cannot yet. */
+    /** Takes a datagram; false if it cannot yet. */
+    bool   (*send)(const peer_t *peer, const uint8_t *bytes, size_t length);
 } fake_frame_link_t;
 
 /** The one link. */

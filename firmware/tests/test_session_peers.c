@@ -526,6 +526,10 @@ static void test_missing(void)
     REQUIRE(ask(TYPE_MISSING, 5, 0, NULL, 0) == 0x8b && reply.length == 2);
     REQUIRE(reply.payload[0] == 0xfd && reply.payload[1] == 0x01);
     require_log("b");
+    /* Eight chunks: whole bytes, and none behind them. */
+    REQUIRE(ask(TYPE_RELEASE, 5, 0, NULL, 0) == 0x88);
+    REQUIRE(open_frame(5, 100, 40) == 0x83);
+    REQUIRE(ask(TYPE_MISSING, 5, 0, NULL, 0) == 0x8b && reply.length == 1 && reply.payload[0] == 0xff);
     /* 36 chunks: the second word, and no byte behind the last. */
     REQUIRE(ask(TYPE_RELEASE, 5, 0, NULL, 0) == 0x88);
     REQUIRE(open_frame(5, 180, 100) == 0x83);

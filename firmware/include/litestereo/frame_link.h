@@ -74,7 +74,7 @@ typedef struct {
 
 /** Reads what the gateware can do, stops whatever goes on, and lets messages in.
  *
- * `mailbox` is memory of FRAME_LINK_MAILBOX_SIZE, aligned to FRAME_LINK_MAX_ALIGNMENT, that nobody else uses from now on.
+ * `mailbox` is memory of FRAME_LINK_MAILBOX_SIZE, aligned to FRAME_LINK_MAX_ALIGNMENT, that nobody else uses.
  * STATUS_BAD_ARGUMENT if it is not aligned, STATUS_UNSUPPORTED if there is no such gateware or none that this driver
  * knows, STATUS_TIMEOUT if it does not come to rest.
  */
