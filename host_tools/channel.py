@@ -18,6 +18,9 @@ class Timing(Protocol):
     def sample(self, seconds: float, byte_count: int) -> None:
         """Takes in that a request and its reply, `byte_count` bytes, took `seconds`."""
 
+    def sample_repeated(self, since_first_s: float, since_last_s: float) -> None:
+        """The same of a request that was sent more than once: nothing tells which time was answered."""
+
     def allowed_s(self, bytes_in_flight: int, tries: int) -> float:
         """Seconds after which a request that was sent `tries` times counts as lost."""
 

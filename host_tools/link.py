@@ -255,10 +255,12 @@ class Link:
     def _measure(self, call: Call) -> None:
         """Takes in the time that the reply took, which has just come."""
         now = time.monotonic()
-        if not self._channel.ordered:
-            self._timing.sample(now - call.first_at, call.bytes_both_ways)
-        elif call.tries == 1:
-            self._timing.sample(now - max(call.sent_at, self._progress_at), call.bytes_both_ways)
+        if call.tries > 1:
+            self._timing.sample_repeated(now - call.first_at, now - call.sent_at)
+        else:
+            # On a line a reply has to wait for the one before it.
+            begin = max(call.sent_at, self._progress_at) if self._channel.ordered else call.sent_at
+            self._timing.sample(now - begin, call.bytes_both_ways)
         self._progress_at = now
 
     def _timeout_at(self) -> float:

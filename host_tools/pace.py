@@ -41,6 +41,9 @@ class Pace:
         self.s_per_byte += weight*(sample - self.s_per_byte)
         self._measured   = True
 
+    def sample_repeated(self, since_first_s: float, since_last_s: float) -> None:
+        """Takes in nothing: most of the time was the wait for a reply that had been lost."""
+
     def allowed_s(self, bytes_in_flight: int, tries: int) -> float:
         """Seconds without progress after which a request that was sent `tries` times counts as lost."""
         # Each try waits longer than the one before, within limits: the device may have become slower.

@@ -19,6 +19,7 @@ import rich.console
 import rich.progress
 from numpy.typing import NDArray
 
+from ..call import LinkCounters
 from ..device import connect
 from ..devices.base import DeviceInfo, Result, check_minimum_size, check_pair
 from ..errors import ImageError
@@ -94,12 +95,13 @@ def run(options: argparse.Namespace) -> int:
         hidden   = not terminal.is_terminal
         with rich.progress.Progress(console=terminal, transient=True, disable=hidden) as bars:
             result = device.compute(left, right, settings, _ProgressBars(bars))
+        link = device.link_counters
 
     speckle = chosen_speckle_filter(options)
     result  = dataclasses.replace(result, disparity=speckle.apply(result.disparity, settings))
     files   = write_disparity(options.output, result.disparity, settings)
     quality = None if truth is None else rate(result.disparity, truth, settings.invalid)
-    summary = _summary(info, result, speckle, files, quality)
+    summary = _summary(info, result, speckle, files, quality) | _link_summary(result, link)
     print(json.dumps(summary, indent=2) if options.json else _text(summary))
     return 0
 
@@ -144,6 +146,15 @@ def _summary(info: DeviceInfo, result: Result, speckle: SpeckleFilter, files: li
     }
 
 
+def _link_summary(result: Result, link: LinkCounters | None) -> dict[str, Any]:
+    """What the link to a device did; None where there is none."""
+    carried = {"upload": 2*result.disparity.size, "download": result.disparity.nbytes}
+    seconds = {"upload": result.upload_s, "download": result.download_s}
+    rates   = {f"{phase}_mb_per_s": carried[phase]/seconds[phase]/1e6 if link and seconds[phase] > 0 else None
+               for phase in carried}
+    return {**rates, "repairs": link.repairs if link else None}
+
+
 def _text(summary: dict[str, Any]) -> str:
     """The summary for people."""
     times = ", ".join(f"{phase} {summary[f'{phase}_s']:.3f} s" for phase in ("upload", "match", "download"))
@@ -153,6 +164,9 @@ def _text(summary: dict[str, Any]) -> str:
         f"size        {size}, {summary['disparities']} disparities, block size {summary['block_size']}",
         f"time        {times}",
     ]
+    if summary["repairs"] is not None:
+        rates = ", ".join(f"{phase} {summary[f'{phase}_mb_per_s'] or 0:.3g} MB/s" for phase in ("upload", "download"))
+        lines.append(f"link        {rates}, repairs {summary['repairs']}")
     if summary["clocks"]:
         lines.append(f"clocks      {summary['clocks']}, {summary['clocks_per_pixel']:.3f} per pixel, "
                      f"{summary['fps_at_100_mhz']:.1f} frames/s at 100 MHz")

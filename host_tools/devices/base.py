@@ -16,6 +16,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+from ..call import LinkCounters
 from ..errors import ImageError, UnsupportedError
 from ..features import ALL_FEATURES, DESCRIPTIONS, Feature
 from ..settings import DEFAULT_BLOCK_SIZE, DEFAULT_DISPARITIES, MatcherSettings
@@ -148,6 +149,11 @@ class Device(abc.ABC):
         """
         (result,) = self.stream([(left, right)], settings, progress)
         return result
+
+    @property
+    def link_counters(self) -> LinkCounters | None:
+        """What happened on this host's side of the link to the device; None if there is no link."""
+        return None
 
     @abc.abstractmethod
     def statistics(self) -> dict[str, int]:

@@ -15,11 +15,11 @@ import numpy as np
 
 from .. import payloads
 from ..errors import LinkTimeout, ProtocolError
-from ..link import Link
 from ..protocol import CHUNK_BYTES, REPLY, ErrorCode, Message, MessageType
 from ..refusals import refusal
 from .base import Progress
 from .frame import Frame
+from .route import Route
 
 #: Parts of the map that are asked for and have not come, at most, and those of one READ.
 _MOST_PARTS = 64
@@ -49,9 +49,10 @@ class Download:
     `stalled` counts the times that parts failed to come; somebody has to look whether the device is still there.
     """
 
-    def __init__(self, link: Link, room: int, frame: Frame, progress: Progress | None) -> None:
-        self._link      = link
-        self._room      = max(1, min(room, _MOST_PARTS))
+    def __init__(self, route: Route, frame: Frame, progress: Progress | None) -> None:
+        self._link      = route.link
+        self._lulls     = route.lulls
+        self._room      = max(1, min(route.channel.room, _MOST_PARTS))
         self._frame     = frame
         self._progress  = progress
         self._count     = -(-frame.map_bytes // CHUNK_BYTES)
@@ -60,8 +61,9 @@ class Download:
         self._left      = self._count
         self._reads:      list[_Read] = []
         self._numbers:    dict[int, int] = {}
-        self._heard_at  = time.monotonic()
+        self._heard_at  = self._part_at = time.monotonic()
         self._backoff   = 1
+        self._renewed   = 0
         self.stalled    = 0
         self._report()
 
@@ -73,7 +75,7 @@ class Download:
     @property
     def late_at(self) -> float:
         """When what has not come until then counts as lost."""
-        return self._heard_at + self._backoff*self._link.patience_s
+        return self._heard_at + self._backoff*self._lulls.end_s(self._link.patience_s)
 
     def fill(self) -> None:
         """Sends the READs that the window allows, and again those that seem lost."""
@@ -83,6 +85,7 @@ class Download:
             if self.stalled >= self._link.max_tries:
                 raise LinkTimeout("the device answers, but no map comes: does the network carry datagrams of 1052 "
                                   "bytes?")
+            self._renewed = len(self._numbers)
             self._ask_again(self._reads)
         under_way = sum(read.count - read.come for read in self._reads)
         while self._wanted and len(self._reads) < _MOST_READS and under_way < self._room:
@@ -104,6 +107,8 @@ class Download:
         length = min(count*CHUNK_BYTES, self._frame.map_bytes - offset)
         if not self._reads:
             self._heard_at = time.monotonic()
+            if not self.stalled:
+                self._part_at = self._heard_at
         sequence = self._link.run(MessageType.READ, payloads.pack_number(length), self._frame.frame_id, offset,
                                   self._take)
         self._numbers[sequence] = len(self._numbers)
@@ -121,7 +126,12 @@ class Download:
         length = min(CHUNK_BYTES, self._frame.map_bytes - reply.offset)
         if len(reply.payload) != length:
             raise ProtocolError(f"the device sent {len(reply.payload)} bytes of the map instead of {length}")
+        number         = self._numbers[reply.sequence]
         self._heard_at = time.monotonic()
+        # After a stall only a part that was asked for before it tells how long the silence was.
+        if not self.stalled or number < self._renewed:
+            self._lulls.note(self._heard_at - self._part_at)
+        self._part_at = self._heard_at
         if self._came[part]:
             self._link.counters.parts_repeated += 1
             return
@@ -131,7 +141,7 @@ class Download:
         self.stalled     = 0
         self._link.counters.parts_received += 1
         self._frame.store_part(reply.offset, reply.payload)
-        self._note(part, self._numbers[reply.sequence])
+        self._note(part, number)
         self._report()
 
     def _note(self, part: int, number: int) -> None:

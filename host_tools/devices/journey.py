@@ -13,16 +13,14 @@ from collections.abc import Collection
 from .. import payloads
 from ..call import Call
 from ..errors import DeviceError, LinkTimeout
-from ..link import Link
 from ..payloads import FrameState, FrameStatus
 from ..protocol import ErrorCode, Message, MessageType
 from ..refusals import failed_frame, refusal
-from ..udp_channel import UdpChannel
 from .base import Progress, Result
 from .download import Download
 from .frame import Frame
+from .route import Route
 from .upload import Upload
-from .upload_window import UploadWindow
 
 #: The wait between two questions for the status in seconds: it grows from the first to the second.
 _MIN_POLL_S = 0.0005
@@ -44,13 +42,11 @@ class Journey:
         Frames that were released before: a late copy of their OPEN may have opened them again.
     """
 
-    def __init__(self, link: Link, channel: UdpChannel, window: UploadWindow, frame: Frame,
-                 former: Collection[int], progress: Progress | None) -> None:
+    def __init__(self, route: Route, frame: Frame, former: Collection[int], progress: Progress | None) -> None:
         self.frame     = frame
         self.released  = False
-        self._link     = link
-        self._channel  = channel
-        self._window   = window
+        self._route    = route
+        self._link     = route.link
         self._former   = former
         self._progress = progress
         self._upload:   Upload | None      = None
@@ -98,7 +94,7 @@ class Journey:
             self._ask_status()
         if first and self._matched and self._download is None:
             self.frame.download_at = time.monotonic()
-            self._download = Download(self._link, self._channel.room, self.frame, self._progress)
+            self._download = Download(self._route, self.frame, self._progress)
         if self._download is not None and not self.released:
             self._fetch(self._download)
 
@@ -109,9 +105,9 @@ class Journey:
             if download.stalled > self._looks and self._call is None:
                 self._ask_status()
             self._looks = download.stalled
-        elif self._call is None:
+        elif not self.frame.downloaded_at:
             self.frame.downloaded_at = time.monotonic()
-            download.forget()
+            self.forget()
             self._call = self._link.submit(MessageType.RELEASE, frame_id=self.frame.frame_id, urgent=True,
                                            on_reply=self._on_released)
 
@@ -131,7 +127,7 @@ class Journey:
             return
         self._call   = None
         _, pitch     = payloads.unpack_opened(reply.payload)
-        self._upload = Upload(self._link, self._channel, self._window, self.frame, pitch, self._progress)
+        self._upload = Upload(self._route, self.frame, pitch, self._progress)
 
     def _start(self) -> None:
         self._call = self._link.submit(MessageType.START, frame_id=self.frame.frame_id, urgent=True,

@@ -10,12 +10,10 @@ from __future__ import annotations
 import time
 from collections import deque
 
-from ..link import Link
-from ..udp_channel import UdpChannel
 from .base import Progress, Result
 from .frame import Frame
 from .journey import Journey
-from .upload_window import UploadWindow
+from .route import Route
 
 #: One frame is sent, one matched and one fetched.
 _MOST_FRAMES = 3
@@ -35,11 +33,9 @@ class Pipeline:
         Numbers of the last frames that were released, to which those of this stream are added.
     """
 
-    def __init__(self, link: Link, channel: UdpChannel, window: UploadWindow, slots: int, former: deque[int],
-                 progress: Progress | None) -> None:
-        self._link      = link
-        self._channel   = channel
-        self._window    = window
+    def __init__(self, route: Route, slots: int, former: deque[int], progress: Progress | None) -> None:
+        self._route     = route
+        self._link      = route.link
         self._depth     = max(1, min(slots, _MOST_FRAMES))
         self._former    = former
         self._progress  = progress
@@ -63,7 +59,7 @@ class Pipeline:
 
     def add(self, frame: Frame) -> None:
         """Sets a frame on its way."""
-        self._journeys.append(Journey(self._link, self._channel, self._window, frame, self._former, self._progress))
+        self._journeys.append(Journey(self._route, frame, self._former, self._progress))
 
     def step(self) -> Result | None:
         """Does what is to be done, and waits for the network; returns the result of the first frame if it is here."""

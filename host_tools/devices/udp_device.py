@@ -21,7 +21,7 @@ from .base import Pair, Progress, Result, check_pair
 from .frame import Frame
 from .pipeline import Pipeline
 from .remote import RemoteDevice
-from .upload_window import UploadWindow
+from .route import Route
 
 #: Released frames that a late copy of their OPEN may open again; more than datagrams change places by.
 _FORMER_FRAMES = 32
@@ -31,10 +31,9 @@ class UdpDevice(RemoteDevice):
     """A device behind datagrams; see `RemoteDevice`."""
 
     def __init__(self, url: str, channel: UdpChannel, settings: LinkSettings | None = None) -> None:
-        self._channel    = channel
         super().__init__(url, channel, settings)
         self._frame_ids  = itertools.count(1)
-        self._window     = UploadWindow()
+        self._route      = Route(self._link, channel)
         self._former     = deque[int](maxlen=_FORMER_FRAMES)
         self._pipelines: list[Pipeline] = []
         self._configured: MatcherSettings | None = None
@@ -51,7 +50,7 @@ class UdpDevice(RemoteDevice):
         released.
         """
         settings = settings or self._info.default_settings()
-        pipeline = Pipeline(self._link, self._channel, self._window, self._info.slots, self._former, progress)
+        pipeline = Pipeline(self._route, self._info.slots, self._former, progress)
         self._pipelines.append(pipeline)
         try:
             with self._guarded():

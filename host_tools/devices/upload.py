@@ -15,12 +15,10 @@ import numpy as np
 
 from ..call import Call
 from ..errors import LinkTimeout, ProtocolError
-from ..link import Link
 from ..protocol import Message, MessageType
-from ..udp_channel import UdpChannel
 from .base import Progress
 from .frame import Frame
-from .upload_window import UploadWindow
+from .route import Route
 
 #: Number of the batch of a chunk that waits to be sent.
 _WAITING = np.iinfo(np.int64).max
@@ -43,11 +41,10 @@ class Upload:
     not arrive: they go first into the next batch. A reply to a later MISSING tells what an earlier one would.
     """
 
-    def __init__(self, link: Link, channel: UdpChannel, window: UploadWindow, frame: Frame, pitch: int,
-                 progress: Progress | None) -> None:
-        self._link     = link
-        self._channel  = channel
-        self._window   = window
+    def __init__(self, route: Route, frame: Frame, pitch: int, progress: Progress | None) -> None:
+        self._link     = route.link
+        self._channel  = route.channel
+        self._window   = route.window
         self._frame    = frame
         self._progress = progress
         self._chunks   = list(frame.chunks(pitch))

@@ -9,6 +9,7 @@ import importlib.metadata
 import json
 import os
 import pty
+import re
 import signal
 import socket
 import subprocess
@@ -28,7 +29,7 @@ from litestereo.host_tools.settings import MatcherSettings
 from support.data import stereo_folder
 from support.expected import expected_map
 from support.interruptible import interruptible
-from support.native_device import native_device
+from support.native_device import native_device, native_udp_device
 from support.pairs import generator, textured_pair
 from support.scripted_device import framed, scripted_server
 
@@ -168,6 +169,39 @@ def test_stats(url, capfd):
     assert list(json.loads(capfd.readouterr().out)) == list(payloads.COUNTERS)
 
 
+def test_match_tells_how_fast_the_link_was(pair, url, capfd):
+    assert run(*match(pair, "--json", device=url)) == 0
+    summary = json.loads(capfd.readouterr().out)
+    for phase in ("upload", "download"):
+        assert summary[f"{phase}_mb_per_s"] == pytest.approx(12000/summary[f"{phase}_s"]/1e6)
+    assert summary["repairs"] == 0
+    assert run(*match(pair, device=url)) == 0
+    assert re.search(r"^link +upload [0-9.e+]+ MB/s, download [0-9.e+]+ MB/s, repairs 0$", capfd.readouterr().out, re.M)
+    assert run(*match(pair, "--json")) == 0
+    summary = json.loads(capfd.readouterr().out)
+    assert summary["upload_mb_per_s"] is summary["download_mb_per_s"] is summary["repairs"] is None
+
+
+def test_a_device_on_a_network(pair, capfd):
+    with native_udp_device() as port:
+        there = f"udp://127.0.0.1:{port}"
+        assert run("info", "--device", there) == 0
+        assert there in capfd.readouterr().out
+        assert run(*match(pair, "--disparities", 32, device=there)) == 0
+        assert "repairs 0" in capfd.readouterr().out
+        assert run("stats", "--device", there) == 0
+        lines  = capfd.readouterr().out.splitlines()
+        groups = [line for line in lines if not line.startswith(" ")]
+        names  = [line.split()[0] for line in lines if line.startswith(" ")]
+        assert groups == ["throughput:", "loss:", "repairs:", "others:"]
+        assert sorted(names) == sorted(payloads.COUNTERS)
+        assert lines.index("loss:") < next(index for index, line in enumerate(lines) if "malformed" in line)
+        assert run("stats", "--device", there, "--json") == 0
+        assert json.loads(capfd.readouterr().out)["chunks_received"] == 12
+        assert run("console", "--device", there, "help") == 1
+        assert "serial line" in one_line(capfd)
+
+
 def test_console(url, capfd):
     assert run("console", "--device", url, "help") == 0
     assert capfd.readouterr().out.startswith("help: ")
@@ -288,7 +322,9 @@ def test_no_device(pair, tmp_path, capfd):
         free = server.getsockname()[1]
     for device, text in ((f"tcp://127.0.0.1:{free}", "refused the connection"),
                          (f"serial:{tmp_path}/tty", "no such port"),
-                         ("tcp://no-such-host.invalid:1", "cannot connect")):
+                         ("tcp://no-such-host.invalid:1", "cannot connect"),
+                         (f"udp://127.0.0.1:{free}", "nothing listens there"),
+                         ("udp://no-such-host.invalid", "cannot find")):
         for command in (["info"], ["stats"], ["console", "help"]):
             assert run(*command, "--device", device) == 1
             assert text in one_line(capfd)
