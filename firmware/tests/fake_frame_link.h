@@ -20,6 +20,7 @@ typedef struct {
     uint16_t version;     /**< 0 if there is no such gateware, as it is unless set. */
     uint16_t max_chunks;  /**< A multiple of 32. */
     uint32_t address;     /**< IPv4. */
+    uint16_t port;        /**< UDP. */
     bool     hang;        /**< Nothing that is under way comes to its end. */
     bool   (*matching)(void);  /**< Whether the matcher is at work; may be null. */
     /** Takes a datagram; false if it cannot yet. */

@@ -238,9 +238,10 @@ static void test_udp(void)
     fake_frame_link.version = FRAME_LINK_VERSION;
     fake_frame_link.send    = send_nothing;
     fake_frame_link.address = 0xc0a80132;
+    fake_frame_link.port    = 50000;
     boot();
     REQUIRE(strstr(out, "no UDP") == NULL);
-    REQUIRE_TYPE("info\r", "udp: 192.168.1.50 port 19539\r\n");
+    REQUIRE_TYPE("info\r", "udp: 192.168.1.50 port 50000\r\n");
     fake_frame_link_receive(&peer, (const uint8_t *)"?", 1);
     REQUIRE_TYPE("stats\r", "datagrams_received: 1\r\n");
     REQUIRE_TYPE("stats\r", "datagrams_malformed: 1\r\n");

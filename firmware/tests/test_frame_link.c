@@ -45,6 +45,7 @@ static void expect_capabilities(const built_t *built)
     expect_read("mailbox_entries", built->entries);
     expect_read("alignment", built->alignment);
     expect_read("address", 0xc0a80132);
+    expect_read("port", 0xabcd);
 }
 
 static void expect_stop(const built_t *built)
@@ -159,7 +160,8 @@ static void test_init(void)
         REQUIRE(link.capabilities.version == right[i].version && link.capabilities.slots == right[i].slots);
         REQUIRE(link.capabilities.max_chunks == right[i].max_chunks);
         REQUIRE(link.capabilities.mailbox_entries == right[i].entries);
-        REQUIRE(link.capabilities.alignment == right[i].alignment && link.capabilities.address == 0xc0a80132);
+        REQUIRE(link.capabilities.alignment == right[i].alignment);
+        REQUIRE(link.capabilities.address == 0xc0a80132 && link.capabilities.port == 0xabcd);
     }
 }
 

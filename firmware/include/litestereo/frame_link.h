@@ -41,6 +41,7 @@ typedef struct {
     uint8_t  mailbox_entries;  /**< Messages that the mailbox holds, a power of two, FRAME_LINK_MAX_ENTRIES at most. */
     uint16_t alignment;        /**< Bytes, a power of two: of base addresses. */
     uint32_t address;          /**< The device's IPv4 address, 192.168.1.50 is 0xc0a80132. */
+    uint16_t port;             /**< The device's UDP port. */
 } frame_link_capabilities_t;
 
 /** A message in the mailbox. */

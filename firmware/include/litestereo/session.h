@@ -26,6 +26,7 @@ typedef struct {
     stereo_limits_t limits;        /**< Of the settings. */
     uint32_t    sys_clk_hz;        /**< Frequency of the clocks that are reported. */
     uint32_t    address;           /**< IPv4 address, 192.168.1.50 is 0xc0a80132; 0 if there is no UDP. */
+    uint16_t    port;              /**< UDP port; 0 likewise. */
     const char *name;              /**< At most PROTOCOL_NAME_SIZE characters of ASCII. */
 } device_info_t;
 
