@@ -57,8 +57,9 @@ void session_missing(session_t *session, exchange_t *exchange)
     session_refresh(session, frame);
     chunks           = frame_chunks(frame);
     exchange->length = (chunks + 7) / 8;
-    for (uint32_t byte = 0; byte < exchange->length; byte++) {
-        exchange->payload[byte] = (uint8_t)(~frame->received[byte / 4] >> byte % 4 * 8);
+    /* By words: hosts ask this often. What is behind the length is not sent. */
+    for (uint32_t word = 0; word < (chunks + 31) / 32; word++) {
+        put_u32(exchange->payload + 4 * word, ~frame->received[word]);
     }
     if (chunks % 8 != 0) {
         exchange->payload[exchange->length - 1] &= (uint8_t)((1u << chunks % 8) - 1);

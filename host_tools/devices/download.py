@@ -22,7 +22,7 @@ from .frame import Frame
 from .route import Route
 
 #: Parts of the map that are asked for and have not come, at most, and those of one READ.
-_MOST_PARTS = 64
+_MOST_PARTS = 128
 _READ_PARTS = 32
 
 #: READs that are not through, at most. A device keeps 8 in line, and late copies are among them.
@@ -88,8 +88,10 @@ class Download:
             self._renewed = len(self._numbers)
             self._ask_again(self._reads)
         under_way = sum(read.count - read.come for read in self._reads)
-        while self._wanted and len(self._reads) < _MOST_READS and under_way < self._room:
-            under_way += self._read(min(_READ_PARTS, self._room - under_way))
+        # Whole READs, so that the device has the next one in line when it is through with one.
+        size = min(_READ_PARTS, self._room)
+        while self._wanted and len(self._reads) < _MOST_READS and under_way + size <= self._room:
+            under_way += self._read(size)
 
     def _read(self, most: int) -> int:
         """Asks for the first parts that are wanted, at most so many of them; returns how many."""

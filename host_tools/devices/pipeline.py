@@ -15,8 +15,8 @@ from .frame import Frame
 from .journey import Journey
 from .route import Route
 
-#: One frame is sent, one matched and one fetched.
-_MOST_FRAMES = 3
+#: One frame is sent, one matched and one fetched, and while they change places one is between two of these.
+_MOST_FRAMES = 4
 
 #: Longest wait for the network in seconds between two looks at what is to be done.
 _LOOK_S = 0.05

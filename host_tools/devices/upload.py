@@ -28,10 +28,9 @@ _WAITING = np.iinfo(np.int64).max
 class _Batch:
     """Chunks that were sent one after the other, and the question after them."""
 
-    number:  int
-    count:   int
-    sent_at: float
-    call:    Call
+    number: int
+    count:  int
+    call:   Call
 
 
 class Upload:
@@ -90,7 +89,7 @@ class Upload:
         call   = self._link.submit(MessageType.MISSING, frame_id=self._frame.frame_id, urgent=True,
                                    reply_bytes=-(-len(self._chunks) // 8),
                                    on_reply=lambda reply: self._told(number, reply))
-        self._batches.append(_Batch(number, count, time.monotonic(), call))
+        self._batches.append(_Batch(number, count, call))
         self._link.flush()
 
     def _told(self, number: int, reply: Message) -> None:
@@ -118,13 +117,12 @@ class Upload:
             self._queue.clear()
 
     def _end_batches(self, number: int, lost: int) -> None:
-        now = time.monotonic()
         while self._batches and self._batches[0].number <= number:
             batch = self._batches.popleft()
             self._window.give_back(batch.count)
             self._link.drop(batch.call)
             if batch.number == number:
-                self._window.learn(batch.count, lost, now - batch.sent_at)
+                self._window.learn(batch.count, lost)
 
     def _report(self) -> None:
         if self._progress is not None:

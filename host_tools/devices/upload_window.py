@@ -16,9 +16,8 @@ _MOST_BATCHES = 4
 _FIRST_BATCH    = 16
 _SMALLEST_BATCH = 4
 
-#: Share of a batch above which its losses show that it was too large, and its time in seconds that does.
-_LOSSY  = 0.125
-_SLOW_S = 0.1
+#: Share of a batch above which its losses show that it was too large.
+_LOSSY = 0.125
 
 
 class UploadWindow:
@@ -43,9 +42,9 @@ class UploadWindow:
         self._chunks  -= count
         self._batches -= 1
 
-    def learn(self, count: int, lost: int, seconds: float) -> None:
-        """A batch of `count` chunks, of which `lost` did not arrive, was answered after `seconds`."""
-        if lost > _LOSSY*count or seconds > _SLOW_S:
+    def learn(self, count: int, lost: int) -> None:
+        """A batch of `count` chunks, of which `lost` did not arrive, was answered."""
+        if lost > _LOSSY*count:
             self.batch = max(_SMALLEST_BATCH, self.batch // 2)
         elif lost == 0:
             self.batch = min(_MOST_CHUNKS // _MOST_BATCHES, self.batch + 1)
