@@ -39,6 +39,10 @@ resources: ## Synthesize and place the matcher for several FPGAs, and write docs
 	@.ci/install fpga
 	@$(PYTHON) -m litestereo.soc.resources
 
+network: ## Synthesize and place the Ethernet part for an ECP5, check its clocks, and write docs/network.md
+	@.ci/install fpga
+	@$(PYTHON) -m litestereo.soc.network_timing
+
 sweep: install ## Compare the matcher with cv2.StereoBM at 2000 settings instead of 200
 	@LITESTEREO_SETTINGS=2000 $(PYTHON) -m pytest -n $(JOBS) --dist loadgroup tests/gateware/test_opencv.py
 
@@ -49,4 +53,4 @@ lint: install ## Check style and types
 clean: ## Remove everything that was built, but not .venv
 	rm -rf build
 
-.PHONY: help install demo test sim bench resources sweep lint clean
+.PHONY: help install demo test sim bench resources network sweep lint clean

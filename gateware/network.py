@@ -21,31 +21,41 @@ from liteeth.mac.last_be  import LiteEthMACRXLastBE, LiteEthMACTXLastBE
 from liteeth.mac.padding  import LiteEthMACPaddingInserter
 from liteeth.mac.preamble import LiteEthMACPreambleChecker, LiteEthMACPreambleInserter
 
+from .crossing import Crossing
+
 WORD_BITS = 32 # Between MAC and UDP: wide enough that the system's clock may be slower than the wire's.
 
 # MAC Pipelines ------------------------------------------------------------------------------------
 
 class Registered(LiteXModule):
-    """Cores of one clock domain in a row, with a register for data and one for ready between each two.
+    """Streams and cores of one clock domain in a row, with a register for data and one for ready between each two.
 
     Without them the ready of a MAC's sender runs through preamble, CRC and converter in one clock, too long for 125 MHz.
+
+    Parameters
+    ----------
+    clock_domain : str
+        Of all of them.
+    source, sink : stream.Endpoint
+        Beginning and end of the row.
+    cores : list
+        What stands between.
     """
-    def __init__(self, clock_domain, cores):
+    def __init__(self, clock_domain, source, sink, cores=()):
         renamed = ClockDomainsRenamer(clock_domain)
-        before  = None
-        for core in cores:
-            core = renamed(core)
+        for core in [renamed(core) for core in cores]:
             self.submodules += core
-            if before is not None:
-                register = renamed(stream.Buffer(before.source.description, pipe_valid=True, pipe_ready=True))
-                self.submodules += register
-                self.comb += [
-                    before.source.connect(register.sink),
-                    register.source.connect(core.sink),
-                ]
-            before = core
-        self.sink   = cores[0].sink
-        self.source = cores[-1].source
+            self.add_register(renamed, source, core.sink)
+            source = core.source
+        self.add_register(renamed, source, sink)
+
+    def add_register(self, renamed, source, sink):
+        register = renamed(stream.Buffer(source.description, pipe_valid=True, pipe_ready=True))
+        self.submodules += register
+        self.comb += [
+            source.connect(register.sink),
+            register.source.connect(sink),
+        ]
 
 class MACSender(LiteXModule):
     """Frames, words of 32 bits in `sys`, to the PHY: padding, CRC, preamble, gap."""
@@ -63,13 +73,9 @@ class MACSender(LiteXModule):
         if getattr(phy, "with_preamble_crc", True):
             cores += [LiteEthMACCRC32Inserter(byte), LiteEthMACPreambleInserter(8)]
         cores.append(LiteEthMACGap(8))
-        self.crossing  = crossing  = stream.ClockDomainCrossing(word, "sys", "eth_tx", depth=64, buffered=True)
-        self.registers = registers = Registered("eth_tx", cores)
-        self.comb += [
-            self.sink.connect(crossing.sink),
-            crossing.source.connect(registers.sink),
-            registers.source.connect(phy.sink),
-        ]
+        self.crossing = crossing = Crossing(word.payload_layout, "sys", "eth_tx")
+        self.words    = Registered("sys", self.sink, crossing.sink)
+        self.bytes    = Registered("eth_tx", crossing.source, phy.sink, cores)
 
 class MACReceiver(LiteXModule):
     """Frames from the PHY, as words of 32 bits in `sys`; frames with a wrong CRC are marked as errors."""
@@ -82,13 +88,9 @@ class MACReceiver(LiteXModule):
         cores = [LiteEthMACRXLastBE(8), stream.StrideConverter(byte, word)]
         if getattr(phy, "with_preamble_crc", True):
             cores = [LiteEthMACPreambleChecker(8), LiteEthMACCRC32Checker(byte), *cores]
-        self.registers = registers = Registered("eth_rx", cores)
-        self.crossing  = crossing  = stream.ClockDomainCrossing(word, "eth_rx", "sys", depth=64, buffered=True)
-        self.comb += [
-            phy.source.connect(registers.sink),
-            registers.source.connect(crossing.sink),
-            crossing.source.connect(self.source),
-        ]
+        self.crossing = crossing = Crossing(word.payload_layout, "eth_rx", "sys")
+        self.bytes    = Registered("eth_rx", phy.source, crossing.sink, cores)
+        self.words    = Registered("sys", crossing.source, self.source)
 
 class MAC(LiteXModule):
     """What LiteEth's protocols want of a MAC, around the two pipelines."""

@@ -57,7 +57,7 @@ class SlotTable(LiteXModule):
         self.set      = Signal()   # Mark it as arrived (pulse).
         # Which have arrived.
         self.index   = Signal(16)  # Word of the bitmaps: slot x words + word.
-        self.arrived = Signal(32)  # That word, two clocks later.
+        self.arrived = Signal(32)  # That word, a clock later.
         self.missing = Signal(16)  # Chunks missing of that slot.
 
         # # #
@@ -87,8 +87,11 @@ class SlotTable(LiteXModule):
         update = memory.get_port(write_capable=True, mode=READ_FIRST)
         look   = memory.get_port(mode=READ_FIRST)
         self.specials += memory, update, look
-        self.comb += look.adr.eq(self.index)
-        self.sync += self.arrived.eq(look.dat_r)
+        # No register more: software may read in the clock behind the one in which it has written the index.
+        self.comb += [
+            look.adr.eq(self.index),
+            self.arrived.eq(look.dat_r),
+        ]
 
         clear_word = Signal(max=max(words, 2))
         clear_last = Signal()

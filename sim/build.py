@@ -19,7 +19,7 @@ from ..firmware import FIRMWARE_DIR
 from .paths import SIM_DIR, build_directory, built_once, content_key, source_key
 
 MEMORIES       = ("integrated-ram", "sdram")
-LITEX_PACKAGES = ("litex", "litedram", "migen", "pythondata-cpu-vexriscv")
+LITEX_PACKAGES = ("litex", "litedram", "liteeth", "migen", "pythondata-cpu-vexriscv")
 TOOLS          = {"verilator": "verilator", "riscv64-unknown-elf-gcc": "gcc-riscv64-unknown-elf", "make": "make",
                   "g++": "g++"}
 

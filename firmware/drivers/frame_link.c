@@ -109,6 +109,7 @@ status_t frame_link_init(frame_link_t *link, uint8_t *mailbox)
             .mailbox_entries = (uint8_t)frame_link_mailbox_entries_read(),
             .alignment       = (uint16_t)frame_link_alignment_read(),
             .address         = frame_link_address_read(),
+            .port            = (uint16_t)frame_link_port_read(),
         },
         .mailbox = mailbox,
     };

@@ -36,7 +36,7 @@ typedef struct {
     _Alignas(FRAME_ALIGNMENT) uint8_t payload[PROTOCOL_CHUNK_SIZE];  /**< Of the reply, until gateware has read it. */
 } udp_link_t;
 
-/** Prepares the link, and has the session use it; STATUS_UNSUPPORTED if gateware has fewer slots than the session's pool. */
+/** Prepares the link, and has the session use it; STATUS_UNSUPPORTED if gateware has fewer slots than the pool. */
 status_t udp_link_init(udp_link_t *link, frame_link_t *driver, session_t *session, counters_t *counters);
 
 /** Answers what is in the mailbox, and has the next READ served; to be called often. */

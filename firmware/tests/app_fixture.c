@@ -10,6 +10,7 @@
 
 #include <sys/mman.h>
 
+#include "fake_frame_link.h"
 #include "generated/csr.h"
 #include "libbase/uart.h"
 #include "litestereo/platform.h"
@@ -37,6 +38,7 @@ uint64_t clock_now(void)
 {
     now += 100;
     fake_stereo_advance();
+    fake_frame_link_advance();
     return now;
 }
 

@@ -23,7 +23,7 @@
 /* Datagrams of a run that go out while time passes once. */
 #define RUN_BURST 32
 
-fake_frame_link_t fake_frame_link = {.max_chunks = 1024, .address = 0xc0a80132};
+fake_frame_link_t fake_frame_link = {.max_chunks = 1024, .address = 0xc0a80132, .port = PROTOCOL_UDP_PORT};
 
 typedef struct {
     bool      busy;
@@ -240,6 +240,7 @@ uint16_t frame_link_max_chunks_read(void)            { return fake_frame_link.ma
 uint8_t  frame_link_mailbox_entries_read(void)       { return ENTRIES; }
 uint16_t frame_link_alignment_read(void)             { return ALIGNMENT; }
 uint32_t frame_link_address_read(void)               { return fake_frame_link.address; }
+uint16_t frame_link_port_read(void)                  { return fake_frame_link.port; }
 uint8_t  frame_link_mailbox_produced_read(void)      { return regs.produced; }
 uint32_t frame_link_datagrams_received_read(void)    { return regs.received; }
 uint32_t frame_link_datagrams_sent_read(void)        { return regs.sent; }

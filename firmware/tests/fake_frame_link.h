@@ -20,9 +20,11 @@ typedef struct {
     uint16_t version;     /**< 0 if there is no such gateware, as it is unless set. */
     uint16_t max_chunks;  /**< A multiple of 32. */
     uint32_t address;     /**< IPv4. */
+    uint16_t port;        /**< UDP. */
     bool     hang;        /**< Nothing that is under way comes to its end. */
     bool   (*matching)(void);  /**< Whether the matcher is at work; may be null. */
-    bool   (*send)(const peer_t *peer, const uint8_t *bytes, size_t length);  /**< Takes a datagram; false if it cannot yet. */
+    /** Takes a datagram; false if it cannot yet. */
+    bool   (*send)(const peer_t *peer, const uint8_t *bytes, size_t length);
 } fake_frame_link_t;
 
 /** The one link. */

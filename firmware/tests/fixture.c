@@ -10,7 +10,7 @@
 
 #include "require.h"
 
-#define MEMORY_SIZE (1 << 16)
+#define MEMORY_SIZE (1 << 18)
 
 static uint8_t memory[4096 + MEMORY_SIZE + 4096], seen[sizeof(memory)];
 static uint8_t payload_of_reply[PROTOCOL_CHUNK_SIZE];

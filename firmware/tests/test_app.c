@@ -7,6 +7,7 @@
 /* The console, the way of frames through the matcher, and faults. */
 
 #include "app_fixture.h"
+#include "fake_frame_link.h"
 #include "generated/csr.h"
 
 static void test_console(void)
@@ -180,6 +181,80 @@ static void test_wrong_gateware(void)
     fake_stereo.max_disparities = 64;
 }
 
+static bool send_nothing(const peer_t *peer, const uint8_t *bytes, size_t length)
+{
+    (void)peer;
+    (void)bytes;
+    (void)length;
+    return true;
+}
+
+/* A message comes in by UDP, and the firmware takes its turns. */
+static void post(uint8_t type, uint32_t offset, const uint8_t *payload, uint32_t length)
+{
+    static const peer_t peer = {.udp = true, .address = 1, .port = 2};
+    uint8_t   bytes[PROTOCOL_MESSAGE_MAX];
+    message_t message = {
+        .version = 1, .type = type, .session = app.session.token, .frame_id = 5, .offset = offset, .length = length,
+        .payload = payload,
+    };
+
+    fake_frame_link_receive(&peer, bytes, message_build(&message, bytes));
+    app_poll(&app);
+    app_poll(&app);
+}
+
+/* The main loop serves UDP, and sees that chunks which it does not get keep a session alive. */
+static void test_udp_session(void)
+{
+    static const uint8_t size[4] = {80, 0, 20, 0}, chunk[PROTOCOL_CHUNK_SIZE];
+
+    fake_frame_link.version = FRAME_LINK_VERSION;
+    fake_frame_link.send    = send_nothing;
+    boot();
+    post(TYPE_HELLO, 0, size, 4);
+    post(TYPE_OPEN, 0, size, 4);
+    REQUIRE(app.session.open && app.session.peer.udp && app.pool.frame[0].state == FRAME_LOADING);
+    for (int turn = 0; turn < 3; turn++) {
+        now += 4000000;
+        post(TYPE_UPLOAD, 0, chunk, sizeof(chunk));
+        now += 20000;
+        app_poll(&app);
+        REQUIRE(now - app.session.heard < 30000);
+    }
+    REQUIRE(app.counters.value[COUNTER_CHUNKS_RECEIVED] == 1 && app.counters.value[COUNTER_CHUNKS_REPEATED] == 2);
+    post(TYPE_BYE, 0, NULL, 0);
+    REQUIRE(!app.session.open && app.pool.frame[0].state == FRAME_EMPTY);
+    fake_frame_link.version = 0;
+}
+
+/* With UDP, without it, and with one that is not known or does not come to rest: the line works all the same. */
+static void test_udp(void)
+{
+    static const peer_t peer = {.udp = true, .address = 1, .port = 2};
+
+    boot();
+    REQUIRE(strstr(type("info\r"), "udp") == NULL && strstr(type("stats\r"), "datagrams_received: 0\r\n") != NULL);
+    fake_frame_link.version = FRAME_LINK_VERSION;
+    fake_frame_link.send    = send_nothing;
+    fake_frame_link.address = 0xc0a80132;
+    fake_frame_link.port    = 50000;
+    boot();
+    REQUIRE(strstr(out, "no UDP") == NULL);
+    REQUIRE_TYPE("info\r", "udp: 192.168.1.50 port 50000\r\n");
+    fake_frame_link_receive(&peer, (const uint8_t *)"?", 1);
+    REQUIRE_TYPE("stats\r", "datagrams_received: 1\r\n");
+    REQUIRE_TYPE("stats\r", "datagrams_malformed: 1\r\n");
+    fake_frame_link.version = FRAME_LINK_VERSION + 1;
+    boot();
+    REQUIRE(strstr(out, "no UDP") != NULL && strstr(out, "litestereo> ") != NULL);
+    REQUIRE(strstr(type("info\r"), "udp:") == NULL);
+    REQUIRE_TYPE("selftest\r", "selftest: passed");
+    fake_frame_link.version = 0;
+    boot();
+    REQUIRE(strstr(out, "no UDP") == NULL);
+}
+
 int main(void)
 {
     make_memory();
@@ -190,6 +265,8 @@ int main(void)
     test_refused_settings();
     test_stuck();
     test_faults();
+    test_udp();
+    test_udp_session();
     test_wrong_gateware();
     return 0;
 }

@@ -53,6 +53,48 @@ static frame_t *frame_in(frame_state_t state)
     return frame;
 }
 
+/* Chunks that others put in place count once; those that the frame does not have, never. */
+static void test_note(void)
+{
+    static const stereo_settings_t sizes[] = {
+        {.width = 61, .height = 43}, {.width = 128, .height = 128}, {.width = 130, .height = 130},
+        {.width = 4, .height = 1},
+    };
+
+    for (size_t i = 0; i < sizeof(sizes) / sizeof(sizes[0]); i++) {
+        frame_t *frame;
+        uint32_t chunks;
+
+        set_up(1 << 18, 2);
+        REQUIRE(frame_pool_open(&pool, FRAME_OWNER_LINK, 7, &sizes[i], &frame) == STATUS_OK);
+        chunks = frame_chunks(frame);
+        REQUIRE(chunks == 2 * ((frame_pixels(frame) + 1023) / 1024) && frame->missing == chunks);
+        frame_note(frame, chunks / 32 + 1, UINT32_MAX);
+        frame_note(frame, UINT32_MAX, UINT32_MAX);
+        REQUIRE(frame->missing == chunks && frame_first_missing(frame) == 0);
+        for (uint32_t chunk = 0; chunk < chunks; chunk++) {
+            REQUIRE(frame_first_missing(frame) == chunk * 1024 && frame_pool_start(&pool, frame) == STATUS_INCOMPLETE);
+            for (int again = 0; again < 2; again++) {
+                frame_note(frame, chunk / 32, 1u << chunk % 32);
+                REQUIRE(frame->missing == chunks - chunk - 1);
+            }
+        }
+        for (uint32_t word = 0; word < 256; word++) {
+            frame_note(frame, word, UINT32_MAX);
+            REQUIRE(frame->received[word] == (32 * word + 32 <= chunks ? UINT32_MAX
+                : 32 * word < chunks ? (1u << chunks % 32) - 1 : 0));
+        }
+        REQUIRE(frame->missing == 0 && frame_first_missing(frame) == PROTOCOL_NO_OFFSET);
+    }
+    for (frame_state_t state = FRAME_EMPTY; state <= FRAME_FAILED; state++) {
+        frame_t *frame = frame_in(state);
+        frame_t  before = *frame;
+
+        frame_note(frame, 0, 1);
+        REQUIRE((memcmp(frame, &before, sizeof(before)) == 0) == (state != FRAME_LOADING));
+    }
+}
+
 /* Each operation in each state: what it says, and that a refusal changes nothing. */
 static void test_transitions(void)
 {
@@ -258,6 +300,7 @@ static void test_bad_arguments(void)
 
 int main(void)
 {
+    test_note();
     test_transitions();
     test_slots_and_owners();
     test_order();

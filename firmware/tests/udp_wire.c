@@ -14,8 +14,8 @@
 
 #include "fake_frame_link.h"
 
-/* Datagrams taken in one turn, and requests that may wait in the mailbox meanwhile. The firmware answers a request while
- * another comes over a wire; here it would lose them to whoever sends a few at once. */
+/* Datagrams taken in one turn, and requests that may wait in the mailbox meanwhile. The firmware answers a request
+ * while another comes over a wire; here it would lose some to whoever sends a few at once. */
 #define BURST    64
 #define REQUESTS 4
 

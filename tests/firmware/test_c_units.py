@@ -31,6 +31,12 @@ def test_flood_of_bytes(programs, seed):
     run(programs / "test_flood", str(seed))
 
 
+@pytest.mark.parametrize("seed", range(1, 4))
+def test_fuzz_of_datagrams(programs, seed):
+    """Mailbox, link, session and frame pool under random and damaged datagrams; see `fuzz_udp.c` for more of them."""
+    assert run(programs / "fuzz_udp", str(seed), "200000").startswith("200000 datagrams")
+
+
 def test_vectors_of_the_host_tools(programs):
     """The firmware takes the host's messages apart and puts them together again, byte for byte."""
     vectors = ROOT / "tests" / "vectors" / "protocol.txt"

@@ -15,7 +15,7 @@ import time
 from support.native_device import build, native_device
 
 
-def talk(port, text, until, limit_s=5.0):
+def talk(port, text, until, limit_s=30.0):
     """Sends text again and again until the answer is there."""
     end = time.monotonic() + limit_s
     with socket.create_connection(("127.0.0.1", port)) as connection:

@@ -18,6 +18,7 @@ from litestereo.sim.cosim import CosimMatcher, pixel_words, signals
 from litestereo.sim.stereobm import StereoSettings, stereo_bm
 from litestereo.sim.stream_core import StreamCore
 from support.awkward import awkward_pairs
+from support.data import FOLDERS, stereo_pair
 from support.drawn import any_settings
 from support.pairs import generator, textured_pair
 
@@ -57,6 +58,15 @@ def test_awkward_images(matcher):
             print(name, width, height)
             valid, ready = rng.choice([1.0, 0.7, 0.3], 2)
             check(matcher, left, right, settings, valid=valid, ready=ready, seed=turn)
+
+
+@pytest.mark.parametrize("name", FOLDERS)
+def test_block_matching_alone(matcher, name):
+    """Real pairs, nothing but the sum of absolute differences, every block size with every number of disparities."""
+    pair = stereo_pair(name)
+    for block_size in (5, 7, 9, 15):
+        for disparities in (16, 32, 64):
+            check(matcher, pair.left, pair.right, StereoSettings(disparities, block_size, **BARE))
 
 
 @pytest.mark.parametrize("disparities", range(16, DISPARITIES + 1, 16))

@@ -171,6 +171,19 @@ def test_arp_before_what_waits(bench, host):
     assert got == [frames[0], arp(2, HOST, DEVICE, DEVICE.mac), *frames[1:]]
 
 
+def test_datagram_right_after_arp(bench, host):
+    """What comes while the answer goes out begins at its gap's end, however long nothing came before."""
+    for idle in (500, 513, 537, 561):
+        bench.run(idle)
+        bench.send([arp(1, DEVICE, NOBODY, BROADCAST)])
+        # The request, and the beginning of the answer.
+        bench.run(60 + 20)
+        expected = host.send(b"at once")
+        answer, frame = bench.run(200)
+        assert (answer.data, frame.data) == (arp(2, HOST, DEVICE, DEVICE.mac), expected)
+        assert frame.clock - answer.clock == 60 + 24
+
+
 def test_arp_not_answered(bench):
     """Requests for others, answers, and what is not about IPv4 on Ethernet."""
     request = arp(1, DEVICE, NOBODY, BROADCAST)
@@ -297,6 +310,13 @@ def test_fuzz(hosts):
         assert [frame.data for frame in bench.run(200)] == [expected]
 
 
+@pytest.mark.parametrize("seed", [0, 2**32 - 1, 2**32, -1])
+def test_fuzz_of_any_seed(bench, seed):
+    """No seed makes the same frame all the time."""
+    bench.fuzz([datagram(DEVICE, TO_NINE, bytes(28))], seed, 1000)
+    assert len(bench.outcomes()) > 5
+
+
 def read_capture(path) -> list[tuple[float, int, bytes]]:
     """Nanoseconds, original length and bytes of each frame of a pcap file."""
     data = path.read_bytes()
@@ -331,6 +351,19 @@ def test_capture(hosts, tmp_path):
     # A clock is a nanosecond, and a frame is noted at its last byte.
     ends = {frame: time for time, _, frame in captured}
     assert ends[got[2].data] - ends[got[0].data] == got[2].clock + 60 - got[0].clock - len(got[0].data)
+
+
+@pytest.mark.parametrize("clock", [10**9 - 70, 10**9, 7*10**9 + 123_456_789, 2**32*10**9 - 1000])
+def test_time_of_a_capture(tmp_path, clock):
+    """Seconds and nanoseconds, as long as the file's format can tell them."""
+    path = tmp_path / "frames.pcap"
+    with EthernetBench({"capture": str(path)}) as bench:
+        bench.set_clock(clock)
+        frames = [datagram(DEVICE, TO_NINE._replace(mac=BROADCAST), bytes(length)) for length in (0, 200)]
+        bench.deliver(frames)
+    (first, *_), (second, *_) = read_capture(path)
+    assert clock + 60 <= first <= clock + 62
+    assert second - first == len(frames[1]) + 1
 
 
 def test_two_sessions(hosts):
@@ -377,6 +410,14 @@ def test_port_in_use(bench):
     done = subprocess.run([build(), "sys_clk", f'{{"port": {port}}}'], capture_output=True, text=True, check=False)
     assert (done.returncode, done.stdout) == (1, "")
     assert done.stderr == f"[ethernet2socket] cannot listen on port {port}: Address already in use\n"
+
+
+def test_clock_that_is_not_there():
+    """Without its pads the simulator does not run on as if all were well."""
+    done = subprocess.run([build(), "sys_clk", '{"clock": "rx_clk"}'], input="run 1\n", capture_output=True, text=True,
+                          check=False)
+    assert done.returncode == 1
+    assert done.stderr == "[ethernet2socket] needs the interfaces eth and rx_clk\n"
 
 
 def test_makefile(tmp_path):

@@ -179,6 +179,8 @@ def test_opencv(url, name, count):
     pair = stereo_pair(name)
     rng  = generator(55, *name.encode())
     with connect(url) as device:
+        if name == "tsukuba":
+            check_stream(device, [(pair.left, pair.right)], MatcherSettings(16, 7, prefilter="none", subpixel=False))
         for drawn in (drawn_settings(rng, largest_block=15) for _ in range(count)):
             (result,) = device.stream([(pair.left, pair.right)], MatcherSettings(**dataclasses.asdict(drawn)))
             same_as_opencv(result.disparity, pair.left, pair.right, drawn)

@@ -13,6 +13,7 @@
  * CLOCK is sys_clk or eth_clk, which has half the frequency. Commands on the standard input, each answered with `done`:
  *
  *   send SESSION HEX           put a frame in line, and a clock without a byte behind it
+ *   clock SESSION CLOCK        make this the module's clock, as if so many had passed
  *   run CLOCKS                 prints `frame SESSION CLOCK HEX`, CLOCK being the one of the first byte
  *   fuzz SESSION SEED FRAMES   send mutations of the frames given by `send`; nothing reaches a socket
  *   outcomes SESSION           prints the counter of each outcome
@@ -182,11 +183,37 @@ static void repair_ip_checksum(uint8_t *frame)
     put16(ip + 10, (uint16_t)~internet_sum(0, ip, header));
 }
 
-static void fuzz(size_t number, uint32_t state, unsigned long frames)
+/*
+ * The module judges frames in a buffer with room for the longest, where a byte of the frame before would be read without
+ * a complaint: judge it once more where its last byte is the last of the memory.
+ */
+static void judge_in_its_own_bytes(const struct session *session, const uint8_t *frame, size_t length)
+{
+    size_t kept    = length < FRAME_MOST ? length : FRAME_MOST;
+    uint8_t *bytes = malloc(kept);
+    uint8_t answer[FRAME_LEAST];
+    struct datagram datagram;
+    enum verdict verdict;
+
+    require(bytes != NULL, "no memory");
+    memcpy(bytes, frame, kept);
+    verdict = judge(bytes, length, &session->host, &session->settings.device, &datagram);
+    if (verdict == FRAME_DATAGRAM) {
+        require(datagram.payload >= bytes + PAYLOAD_START && datagram.payload + datagram.length <= bytes + kept,
+                "a payload that is not in its frame");
+    } else if (verdict == FRAME_ARP_REQUEST) {
+        put_arp_answer(answer, bytes, &session->host);
+    }
+    free(bytes);
+}
+
+static void fuzz(size_t number, unsigned long seed, unsigned long frames)
 {
     static uint8_t templates[8][FRAME_MOST];
     size_t lengths[8] = {0}, count = 0;
     struct soc *soc = &socs[number];
+    /* Never 0, of which the generator makes nothing else. */
+    uint32_t state = (uint32_t)(seed % UINT32_MAX) + 1;
 
     for (; soc->queue_start < soc->queue_end && count < 8; soc->queue_start++) {
         if (soc->queue[soc->queue_start] == NO_BYTE) {
@@ -207,6 +234,7 @@ static void fuzz(size_t number, uint32_t state, unsigned long frames)
         if (draw(&state, 2)) {
             repair_ip_checksum(frame);
         }
+        judge_in_its_own_bytes(soc->session, frame, length);
         soc->queue_start = soc->queue_end = 0;
         queue_frame(soc, frame, length);
         run(length + 2);
@@ -236,7 +264,9 @@ static void obey(const char *line)
     } else if (sscanf(line, "send %lu %n", &number, &used) == 1 && number < sessions) {
         queue_frame(&socs[number], frame, from_hex(line + used, frame, sizeof(frame)));
     } else if (sscanf(line, "fuzz %lu %lu %lu", &number, &seed, &clocks) == 3 && number < sessions) {
-        fuzz(number, (uint32_t)seed, clocks);
+        fuzz(number, seed, clocks);
+    } else if (sscanf(line, "clock %lu %lu", &number, &clocks) == 2 && number < sessions) {
+        ((struct session *)socs[number].session)->clocks = clocks;
     } else if (sscanf(line, "outcomes %lu", &number) == 1 && number < sessions) {
         print_outcomes(socs[number].session);
     } else {

@@ -127,6 +127,10 @@ class EthernetBench:
         ((_, delivered),) = self._ask(f"fuzz 0 {seed} {count}")
         return int(delivered)
 
+    def set_clock(self, clock: int, session: int = 0) -> None:
+        """Make this the module's clock, as if so many had passed."""
+        self._ask(f"clock {session} {clock}")
+
     def outcomes(self, session: int = 0) -> dict[str, int]:
         """The counters that are not 0."""
         ((_, *numbers),) = self._ask(f"outcomes {session}")

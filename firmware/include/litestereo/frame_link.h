@@ -41,6 +41,7 @@ typedef struct {
     uint8_t  mailbox_entries;  /**< Messages that the mailbox holds, a power of two, FRAME_LINK_MAX_ENTRIES at most. */
     uint16_t alignment;        /**< Bytes, a power of two: of base addresses. */
     uint32_t address;          /**< The device's IPv4 address, 192.168.1.50 is 0xc0a80132. */
+    uint16_t port;             /**< The device's UDP port. */
 } frame_link_capabilities_t;
 
 /** A message in the mailbox. */
@@ -74,7 +75,7 @@ typedef struct {
 
 /** Reads what the gateware can do, stops whatever goes on, and lets messages in.
  *
- * `mailbox` is memory of FRAME_LINK_MAILBOX_SIZE, aligned to FRAME_LINK_MAX_ALIGNMENT, that nobody else uses from now on.
+ * `mailbox` is memory of FRAME_LINK_MAILBOX_SIZE, aligned to FRAME_LINK_MAX_ALIGNMENT, that nobody else uses.
  * STATUS_BAD_ARGUMENT if it is not aligned, STATUS_UNSUPPORTED if there is no such gateware or none that this driver
  * knows, STATUS_TIMEOUT if it does not come to rest.
  */

@@ -26,6 +26,7 @@ typedef struct {
     stereo_limits_t limits;        /**< Of the settings. */
     uint32_t    sys_clk_hz;        /**< Frequency of the clocks that are reported. */
     uint32_t    address;           /**< IPv4 address, 192.168.1.50 is 0xc0a80132; 0 if there is no UDP. */
+    uint16_t    port;              /**< UDP port; 0 likewise. */
     const char *name;              /**< At most PROTOCOL_NAME_SIZE characters of ASCII. */
 } device_info_t;
 
@@ -44,9 +45,9 @@ typedef struct {
     void     (*refresh)(void *context, frame_t *frame);
     /** Takes chunks of the frame no longer; none is on its way to memory when it returns. */
     status_t (*close)(void *context, const frame_t *frame);
-    /** Queues a part of the frame's map, of `length` bytes, to be sent as replies to the request; false if the line is
-     * full. */
-    bool     (*read)(void *context, const peer_t *peer, const message_t *request, const frame_t *frame, uint32_t length);
+    /** Puts `length` bytes of the frame's map in line, to be sent as replies to the request; false if it is full. */
+    bool     (*read)(void *context, const peer_t *peer, const message_t *request, const frame_t *frame,
+        uint32_t length);
     /** Sends nothing of the frame's map any more; nothing reads it when it returns. */
     void     (*forget)(void *context, const frame_t *frame);
     /** Brings the counters up to date. */

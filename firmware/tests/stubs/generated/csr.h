@@ -76,6 +76,7 @@ uint16_t frame_link_max_chunks_read(void);
 uint8_t frame_link_mailbox_entries_read(void);
 uint16_t frame_link_alignment_read(void);
 uint32_t frame_link_address_read(void);
+uint16_t frame_link_port_read(void);
 uint8_t frame_link_slot_status_read(void);
 uint32_t frame_link_arrived_read(void);
 uint8_t frame_link_mailbox_produced_read(void);
