@@ -5,16 +5,32 @@
 
 """The host tools against the real firmware over UDP: it runs on this computer, with gateware in C."""
 
+import contextlib
+import threading
+import time
+
 import numpy as np
 import pytest
 
+from litestereo.host_tools import round_trip
+from litestereo.host_tools.call import LinkSettings
 from litestereo.host_tools.device import connect
+from litestereo.host_tools.errors import DeviceError, DeviceRefused, SessionLost
+from litestereo.host_tools.protocol import ErrorCode
 from litestereo.host_tools.settings import MatcherSettings
 from support.expected import expected_map
-from support.native_device import native_udp_device
-from support.pairs import generator, textured_pair
+from support.native_device import native_ports, native_udp_device
+from support.pairs import byte_generator, generator, textured_pair
+from support.udp_faults import Faults
+from support.udp_proxy import udp_proxied
 
 SETTINGS = MatcherSettings(32, 7)
+
+
+@pytest.fixture
+def patient(monkeypatch):
+    """No reply is late because this computer is busy."""
+    monkeypatch.setattr(round_trip, "_FLOOR_S", 0.5)
 
 
 def pairs(count, width=110, height=60, salt=70):
@@ -54,7 +70,7 @@ def test_maps_equal_the_model(shared_url, width, height):
         assert {step[2] for step in steps if step[0] == phase} == {total}
 
 
-def test_a_stream_of_pairs_of_all_sizes_comes_back_in_order(shared_url):
+def test_a_stream_of_pairs_of_all_sizes_comes_back_in_order(shared_url, patient):
     sent = pairs(3) + pairs(2, 90, 40) + pairs(1, 200, 20)
     with connect(shared_url) as device:
         before  = device.statistics()
@@ -69,3 +85,111 @@ def test_a_stream_of_pairs_of_all_sizes_comes_back_in_order(shared_url):
     assert (grown["chunks_received"], grown["chunks_repeated"]) == (chunks, 0)
     assert (host.chunks_sent, host.chunks_sent_again, host.parts_asked_again) == (chunks, 0, 0)
     assert grown["requests_refused"] == grown["datagrams_malformed"] == 0
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_many_small_frames_on_a_bad_network(seed):
+    """Datagrams are lost, doubled, delayed and changed on their way, in both directions."""
+    sent = pairs(40, 64, 20, 71)
+    ways = [Faults(0.05, 0.05, 0.1, 0.01, rng=byte_generator(72, seed, way)) for way in (0, 1)]
+    with native_udp_device() as port, udp_proxied(port, *ways) as network, connect(network.url) as device:
+        for result, pair in zip(device.stream(sent, SETTINGS), sent, strict=True):
+            expect(result, pair)
+        host    = device.link_counters
+        counted = device.statistics()
+    for way in ways:
+        assert min(way.lost, way.duplicated, way.reordered, way.flipped) > 0
+    chunks = 40*chunk_count(64, 20)
+    again  = counted["frames_opened"] - 40
+    assert (counted["sessions"], counted["frames_matched"], counted["frames_failed"]) == (1, 40, 0)
+    # A late copy of an OPEN opens a frame again, and late copies of its chunks may fill it.
+    assert 0 <= again <= ways[0].duplicated
+    assert chunks <= counted["chunks_received"] <= chunks + again*chunk_count(64, 20)
+    assert (host.chunks_sent, host.parts_received) == (chunks, 40*3)
+    assert counted["datagrams_malformed"] <= ways[0].flipped
+    assert counted["datagrams_received"] <= ways[0].carried - ways[0].lost + ways[0].duplicated
+    assert counted["datagrams_overrun"] == counted["mailbox_overrun"] == 0
+
+
+def test_settings_that_change_on_a_bad_network():
+    sent = pairs(12, 64, 20, 73)
+    ways = [Faults(0.02, 0.3, 0.3, rng=byte_generator(74, way)) for way in (0, 1)]
+    with native_udp_device() as port, udp_proxied(port, *ways) as network, connect(network.url) as device:
+        for index, pair in enumerate(sent):
+            settings = MatcherSettings(16, (5, 7, 9)[index % 3])
+            expect(device.compute(*pair, settings), pair, settings)
+
+
+def test_a_second_host_waits_until_the_first_has_gone():
+    (pair,) = pairs(1)
+    with native_udp_device() as port, udp_proxied(port) as network, contextlib.ExitStack() as first:
+        expect(first.enter_context(connect(network.url)).compute(*pair, SETTINGS), pair)
+        with pytest.raises(DeviceError, match="another host uses the device"):
+            connect(network.url, LinkSettings(hello_limit_s=0.5))
+        timer = threading.Timer(0.5, first.close)
+        timer.start()
+        with connect(network.url) as second:
+            expect(second.compute(*pair, SETTINGS), pair)
+            assert second.statistics()["sessions_refused"] > 0
+        timer.join()
+
+
+def test_a_host_that_vanishes_in_mid_upload_holds_the_device_for_five_seconds():
+    (pair,)  = pairs(1, 320, 200)
+    vanished = Faults()
+
+    def progress(phase, done, total):
+        if phase == "upload" and done > 20:
+            vanished.loss = 1.0
+
+    with native_udp_device() as port, udp_proxied(port, vanished) as network:
+        lost = connect(network.url, LinkSettings(silence_limit_s=0.5))
+        with pytest.raises(DeviceError, match="has not answered"):
+            lost.compute(*pair, SETTINGS, progress)
+        lost.close()
+        begin = time.monotonic()
+        with connect(f"udp://127.0.0.1:{port}") as device:
+            assert 2 < time.monotonic() - begin < 8
+            expect(device.compute(*pair, SETTINGS), pair)
+            assert device.statistics()["frames_reclaimed"] == 1
+
+
+def test_a_device_that_restarts_in_mid_frame():
+    """Another device in its place does not know the session."""
+    (pair,) = pairs(1, 320, 200)
+    with native_udp_device() as first, native_udp_device() as second, udp_proxied(first) as network:
+        def progress(phase, done, total):
+            if phase == "upload" and done > 20:
+                network.plug_in(second)
+
+        with connect(network.url) as device, pytest.raises(SessionLost, match="connect again"):
+            device.compute(*pair, SETTINGS, progress)
+        with connect(network.url) as device:
+            expect(device.compute(*pair, SETTINGS), pair)
+
+
+@pytest.mark.parametrize(("option", "code"), [
+    ("--bus-error", ErrorCode.MATCHER),
+    ("--hang-matcher", ErrorCode.TIMEOUT),
+])
+def test_a_matcher_that_fails_is_reported_and_the_session_goes_on(option, code):
+    (pair,) = pairs(1)
+    with native_udp_device(option) as port, connect(f"udp://127.0.0.1:{port}") as device:
+        for _ in range(6):
+            with pytest.raises(DeviceRefused, match="could not match") as caught:
+                device.compute(*pair, SETTINGS)
+            assert caught.value.code == code
+        counted = device.statistics()
+    assert counted["frames_failed"] == counted["frames_released"] == 6
+
+
+def test_the_serial_line_is_told_that_the_network_has_the_device():
+    (pair,) = pairs(1)
+    with native_ports() as (serial_port, udp_port), connect(f"udp://127.0.0.1:{udp_port}") as device:
+        with pytest.raises(DeviceError, match="another host uses the device"):
+            connect(f"tcp://127.0.0.1:{serial_port}", LinkSettings(hello_limit_s=0.5))
+        expect(device.compute(*pair, SETTINGS), pair)
+        device.close()
+        with connect(f"tcp://127.0.0.1:{serial_port}") as line:
+            expect(line.compute(*pair, SETTINGS), pair)
+            assert "datagrams" in line.console("stats")

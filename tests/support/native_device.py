@@ -45,10 +45,16 @@ def native_device(*options: str) -> Iterator[int]:
 
 @contextlib.contextmanager
 def native_udp_device(*options: str) -> Iterator[int]:
-    """The same with a network, and its UDP port."""
+    """The same on a network, and its UDP port."""
+    with native_ports(*options) as (_, port):
+        yield port
+
+
+@contextlib.contextmanager
+def native_ports(*options: str) -> Iterator[tuple[int, int]]:
+    """The same, and both of its ports: TCP, which carries the serial line, and UDP."""
     with _running(["--udp-port", "0", *options]) as process:
-        _port(process, "listening on 127.0.0.1:")
-        yield _port(process, "listening on udp 127.0.0.1:")
+        yield _port(process, "listening on 127.0.0.1:"), _port(process, "listening on udp 127.0.0.1:")
 
 
 @contextlib.contextmanager
