@@ -77,7 +77,11 @@ class UdpDevice(RemoteDevice):
                 self._configure(settings)
                 pipeline.add(Frame(next(self._frame_ids), (left, right), settings))
             if pipeline.empty:
-                break
+                if exhausted:
+                    break
+                # All slots are those of frames that are leaving.
+                pipeline.drain()
+                continue
             result = pipeline.step()
             if result is not None:
                 self._count(result)
