@@ -118,8 +118,12 @@ class SendQueue(LiteXModule):
             )
         )
         fsm.act("ROOM",
-            # Also that the register `room` has seen the payload before.
-            If(room & messages.sink.ready,
+            # A run that waits may be given up: the wire takes nothing while nobody answers ARP for a peer.
+            If(chosen & aborted,
+                advance.eq(1),
+                NextState("CHOOSE")
+            # By now the register `room` has seen the payload before.
+            ).Elif(room & messages.sink.ready,
                 If(message.length == 0,
                     NextState("OFFER")
                 ).Else(

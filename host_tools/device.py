@@ -29,7 +29,8 @@ _SIMULATION_HELLO_LIMIT_S = 60.0
 
 
 class _Simulation(Protocol):
-    port: int
+    port:     int
+    udp_port: int
 
     def close(self) -> None: ...
 
@@ -70,16 +71,21 @@ def connect(url: str, link_settings: LinkSettings | None = None) -> Device:
 
 
 def _open_simulation(url: DeviceUrl, link_settings: LinkSettings) -> Device:
-    """Starts the simulated system, with the URL's options, and connects to it."""
+    """Starts the simulated system, with the URL's options, and connects to it by the link that they name."""
     options    = {name: int(text) if text.isdecimal() else text for name, text in url.options.items()}
-    limit_s    = max(_SIMULATION_HELLO_LIMIT_S, link_settings.hello_limit_s)
+    link       = options.pop("link", "udp")
+    if link not in ("udp", "serial"):
+        raise UrlError(f"{url.text}: link is udp or serial, not '{link}'")
+    settings   = replace(link_settings, hello_limit_s=max(_SIMULATION_HELLO_LIMIT_S, link_settings.hello_limit_s))
     simulation = _start(url, options)
     try:
+        if link == "udp":
+            return UdpDevice(url.text, UdpChannel("127.0.0.1", simulation.udp_port), settings, simulation.close)
         line = open_transport(parse_url(f"tcp://127.0.0.1:{simulation.port}"))
     except BaseException:
         simulation.close()
         raise
-    return SerialDevice(url.text, line, replace(link_settings, hello_limit_s=limit_s), simulation.close)
+    return SerialDevice(url.text, line, settings, simulation.close)
 
 
 def _start(url: DeviceUrl, options: dict[str, int | str]) -> _Simulation:
@@ -90,7 +96,7 @@ def _start(url: DeviceUrl, options: dict[str, int | str]) -> _Simulation:
     try:
         inspect.signature(system.start_simulation).bind(**options)
     except TypeError:
-        known = ", ".join(inspect.signature(system.start_simulation).parameters)
+        known = ", ".join(["link", *inspect.signature(system.start_simulation).parameters])
         raise UrlError(f"{url.text}: unknown option, the options are {known}") from None
     try:
         simulation: _Simulation = system.start_simulation(**options)

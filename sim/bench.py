@@ -21,6 +21,7 @@ import rich.table
 from ..host_tools.device import Device, connect
 from ..host_tools.errors import LiteStereoError
 from .build import MEMORIES
+from .ethernet_bench import ethernet_figures
 from .paths import build_directory
 from .pattern import LEFT_SEED, RIGHT_SEED, pattern
 from .stereobm import StereoSettings, stereo_bm
@@ -153,7 +154,7 @@ def main() -> int:
     rows: list[Figure] = []
     try:
         for memory in MEMORIES:
-            with connect(f"sim:?ram={memory}") as device:
+            with connect(f"sim:?ram={memory}&link=serial") as device:
                 for case in CASES:
                     print(f"measuring {case_name(case)} on {memory}", file=sys.stderr, flush=True)
                     result = measure(device, case)
@@ -164,16 +165,19 @@ def main() -> int:
                     print("measuring the CPU, and cv2.StereoBM on this computer", file=sys.stderr, flush=True)
                     rows += cpu_figures(device, first)
                     rows += opencv_figures(first)
+        print("measuring Ethernet", file=sys.stderr, flush=True)
+        rows += ethernet_figures()
     except LiteStereoError as error:
         print(f"bench: error: {error}", file=sys.stderr)
         return 1
-    table = rich.table.Table("figure", "value", "unit", title="Full system in litex_sim, memory to memory")
+    table = rich.table.Table("figure", "value", "unit", title="Full system in litex_sim")
     for row in rows:
         table.add_row(*(str(row[column]) for column in ("name", "value", "unit")))
     rich.console.Console(width=100).print(table)
     print("On integrated RAM the matcher has a port of its own and takes a pixel per clock, plus the rows of the\n"
           "lower border. On SDRAM (32 bits, one word per clock at best) a pixel's four bytes take the whole bus:\n"
-          "what is above 1 is row changes, turns between reading and writing, and refresh.")
+          "what is above 1 is row changes, turns between reading and writing, and refresh.\n"
+          "Ethernet figures are of uploads while other frames are matched and fetched, in clocks of the wire.")
     path = build_directory() / "bench.json"
     path.write_text(json.dumps(rows, indent=2) + "\n")
     print(f"written: {path}")

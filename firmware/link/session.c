@@ -107,14 +107,14 @@ static void tell_transfer(const session_t *session)
 void session_hello(session_t *session, exchange_t *exchange)
 {
     uint32_t nonce = get_u32(exchange->request->payload);
-    bool     again = session->open && session->fresh && session->nonce == nonce;
+    bool     again = session->token != 0 && session->nonce == nonce && peer_is(&session->peer, exchange->peer);
 
-    if (!again || !peer_is(&session->peer, exchange->peer)) {
+    /* A copy may come late, even behind the session's end, and begins nothing. */
+    if (!again) {
         session_free_all(session, COUNTER_FRAMES_RECLAIMED);
         session->token = draw_token(session, nonce);
         session->nonce = nonce;
         session->open  = true;
-        session->fresh = true;
         session->peer  = *exchange->peer;
         session->heard = exchange->clock;
         set_defaults(session);

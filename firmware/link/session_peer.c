@@ -80,6 +80,5 @@ bool session_admit(session_t *session, exchange_t *exchange)
         refuse(exchange, ERROR_SESSION, 0);
         return false;
     }
-    session->fresh = false;
     return true;
 }

@@ -47,13 +47,21 @@ static void test_hello_again(void)
     first = token;
     REQUIRE(ask(TYPE_STATISTICS, 0, 0, NULL, 0) == 0x89);
     hello(6);
+    REQUIRE(token == first && counters.value[COUNTER_SESSIONS] == 2);
+    /* A copy that comes behind the end begins nothing. */
+    REQUIRE(ask(TYPE_BYE, 0, 0, NULL, 0) == 0x8a);
+    hello(6);
+    REQUIRE(token == first && counters.value[COUNTER_SESSIONS] == 2);
+    ask(TYPE_STATUS, 1, 0, NULL, 0);
+    require_error(ERROR_SESSION, 0);
+    hello(7);
     REQUIRE(token != first && counters.value[COUNTER_SESSIONS] == 3);
     /* A request of another session is none of this one. */
     first = token;
     token = first + 1;
     ask(TYPE_STATISTICS, 0, 0, NULL, 0);
     require_error(ERROR_SESSION, 0);
-    hello(6);
+    hello(7);
     REQUIRE(token == first);
 }
 
@@ -133,7 +141,7 @@ static void test_bye(void)
     REQUIRE(ask(TYPE_BYE, 0, 0, NULL, 0) == 0x8a);
     ask(TYPE_STATUS, 1, 0, NULL, 0);
     require_error(ERROR_SESSION, 0);
-    hello(1);
+    hello(2);
     REQUIRE(counters.value[COUNTER_SESSIONS] == 2);
 }
 

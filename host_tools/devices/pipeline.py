@@ -50,7 +50,9 @@ class Pipeline:
     @property
     def has_room(self) -> bool:
         """Whether the next frame may be sent."""
-        return len(self._journeys) < self._depth and all(journey.sent for journey in self._journeys)
+        # A frame that is leaving may still have its slot.
+        return (len(self._journeys) + len(self._leaving) < self._depth
+                and all(journey.sent for journey in self._journeys))
 
     @property
     def open_frames(self) -> list[Frame]:

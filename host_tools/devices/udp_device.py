@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import itertools
 from collections import deque
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 
 from .. import payloads
 from ..call import LinkSettings
@@ -30,8 +30,9 @@ _FORMER_FRAMES = 32
 class UdpDevice(RemoteDevice):
     """A device behind datagrams; see `RemoteDevice`."""
 
-    def __init__(self, url: str, channel: UdpChannel, settings: LinkSettings | None = None) -> None:
-        super().__init__(url, channel, settings)
+    def __init__(self, url: str, channel: UdpChannel, settings: LinkSettings | None = None,
+                 on_close: Callable[[], None] | None = None) -> None:
+        super().__init__(url, channel, settings, on_close)
         self._frame_ids  = itertools.count(1)
         self._route      = Route(self._link, channel)
         self._former     = deque[int](maxlen=_FORMER_FRAMES)
@@ -77,7 +78,11 @@ class UdpDevice(RemoteDevice):
                 self._configure(settings)
                 pipeline.add(Frame(next(self._frame_ids), (left, right), settings))
             if pipeline.empty:
-                break
+                if exhausted:
+                    break
+                # All slots are those of frames that are leaving.
+                pipeline.drain()
+                continue
             result = pipeline.step()
             if result is not None:
                 self._count(result)

@@ -20,6 +20,7 @@ from litestereo.sim.stereobm import stereo_bm
 from support.expected import expected_map
 from support.pairs import generator, textured_pair
 from support.scripted_device import scripted_server
+from support.udp_device import udp_device
 
 
 def test_default_settings():
@@ -168,8 +169,8 @@ class SimulationError(Exception):
 class Simulation:
     """The interface of a simulated system's handle."""
 
-    def __init__(self, port):
-        self.port   = port
+    def __init__(self, port, udp_port=0):
+        self.port, self.udp_port = port, udp_port
         self.closed = False
 
     def close(self):
@@ -187,11 +188,24 @@ def test_sim_device_is_started_with_its_options_and_stopped(monkeypatch):
                  SimulationError=SimulationError)
         # The scripted server hangs up, so the connection fails; the simulation must be stopped all the same.
         with pytest.raises(DeviceError, match="closed the connection|lost"):
-            connect("sim:?ram=sdram&slots=3")
+            connect("sim:?ram=sdram&slots=3&link=serial")
     assert started[0][:2] == ("sdram", 3)
     assert started[0][2].closed
-    with pytest.raises(UrlError, match="unknown option, the options are ram, slots"):
+    with pytest.raises(UrlError, match="unknown option, the options are link, ram, slots"):
         connect("sim:?speed=9")
+    with pytest.raises(UrlError, match="link is udp or serial, not 'ipx'"):
+        connect("sim:?link=ipx")
+
+
+def test_sim_device_is_reached_by_its_ethernet(monkeypatch):
+    with udp_device() as there:
+        simulation = Simulation(0, there.port)
+        stand_in(monkeypatch, "litestereo.sim.system", start_simulation=lambda: simulation,
+                 SimulationError=SimulationError)
+        with connect("sim:") as device:
+            assert device.info().url == "sim:"
+            assert not simulation.closed
+        assert simulation.closed
 
 
 @pytest.mark.parametrize("error", [OSError("no\ncompiler"), SimulationError("no\ncompiler")])

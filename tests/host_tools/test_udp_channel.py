@@ -311,22 +311,21 @@ def test_a_window_adapts():
     window.give_back(3)
     window.give_back(1)
     for _ in range(20):
-        window.learn(16, 0, 0.001)
+        window.learn(16, 0)
     assert window.batch == 16
     assert [window.take(100) for _ in range(5)] == [16, 16, 16, 16, 0]
     for _ in range(4):
         window.give_back(16)
-    window.learn(16, 1, 0.001)
+    window.learn(16, 1)
     assert window.batch == 16
-    window.learn(16, 4, 0.001)
+    window.learn(16, 4)
     assert window.batch == 8
-    window.learn(8, 0, 0.3)
-    window.learn(8, 8, 0.3)
+    window.learn(8, 8)
     assert window.batch == 4
     assert [window.take(100) for _ in range(5)] == [4, 4, 4, 4, 0]
     for _ in range(4):
         window.give_back(4)
-    window.learn(4, 0, 0.001)
+    window.learn(4, 0)
     assert window.batch == 5
 
 

@@ -119,7 +119,7 @@ class UdpDevice(threading.Thread):
         self._peer:   Peer | None = None
         self._token   = 0
         self._nonce   = -1
-        self._alive   = self._fresh = False
+        self._alive   = False
         self._heard_at = 0.0
         self._frames: dict[int, _Frame] = {}
         self._parameters: dict[int, int] = {}
@@ -208,10 +208,9 @@ class UdpDevice(threading.Thread):
             raise Refusal(ErrorCode.BUSY, int(1000*left_s))
         if request.type not in set(MessageType):
             raise Refusal(ErrorCode.TYPE, request.type)
-        if request.type != MessageType.HELLO:
-            if not self._alive or (peer, request.session) != (self._peer, self._token):
-                raise Refusal(ErrorCode.SESSION, 0)
-            self._fresh = False
+        own = self._alive and (peer, request.session) == (self._peer, self._token)
+        if request.type != MessageType.HELLO and not own:
+            raise Refusal(ErrorCode.SESSION, 0)
         length = _LENGTHS.get(MessageType(request.type), len(request.payload))
         if len(request.payload) != length:
             raise Refusal(ErrorCode.LENGTH, length)
@@ -220,12 +219,12 @@ class UdpDevice(threading.Thread):
 
     def _hello(self, peer: Peer, request: Message) -> bytes:
         nonce = payloads.unpack_number(request.payload)
-        if not (self._fresh and (peer, nonce) == (self._peer, self._nonce)):
+        if (peer, nonce) != (self._peer, self._nonce):
             self.counters["frames_reclaimed"] += len(self._frames)
             self.counters["sessions"]         += 1
             self._forget()
             self._peer, self._nonce, self._token = peer, nonce, next(self._tokens)
-            self._alive = self._fresh = True
+            self._alive = True
             self._parameters = {int(number): value for number, value in MatcherSettings().parameters.items()}
             self._heard_at   = time.monotonic()
         return replace(CAPABILITIES, session=self._token, nonce=nonce, slots=self._slots, features=0xff,

@@ -67,7 +67,6 @@ typedef struct {
     uint64_t             looked;         /**< Clock when session_poll last looked for chunks. */
     uint32_t             token;          /**< Token of the session; 0 before the first. */
     bool                 open;           /**< The token is valid: hello came, bye did not. */
-    bool                 fresh;          /**< No other request came since the hello. */
     uint32_t             nonce;          /**< Nonce of the hello. */
     uint32_t             random;         /**< State that tokens are drawn from; never 0. */
     stereo_settings_t    settings;       /**< Of the frames opened next, but for their size. */
