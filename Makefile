@@ -47,6 +47,11 @@ network: ## Synthesize and place the Ethernet part for an ECP5, check its clocks
 sweep: install ## Compare the matcher with cv2.StereoBM at 2000 settings instead of 200
 	@LITESTEREO_SETTINGS=2000 $(PYTHON) -m pytest -n $(JOBS) --dist loadgroup tests/gateware/test_opencv.py
 
+fuzz: install ## Ten million datagrams into the firmware, a hundred thousand into the gateware
+	@$(MAKE) -s -f firmware/tests/Makefile OUT=$(LITESTEREO_BUILD)/fuzz fuzz_udp
+	@$(LITESTEREO_BUILD)/fuzz/fuzz_udp 1 10000000
+	@LITESTEREO_DATAGRAMS=100000 $(PYTHON) -m pytest -q -rP tests/gateware/test_frame_link_fuzz.py
+
 lint: install ## Check style and types
 	@$(PYTHON) -m ruff check .
 	@$(PYTHON) -m mypy
@@ -54,4 +59,4 @@ lint: install ## Check style and types
 clean: ## Remove everything that was built, but not .venv
 	rm -rf build
 
-.PHONY: help install demo test sim bench resources network sweep lint clean
+.PHONY: help install demo test sim bench resources network sweep fuzz lint clean

@@ -119,7 +119,7 @@ class Upload:
     def _end_batches(self, number: int, lost: int) -> None:
         while self._batches and self._batches[0].number <= number:
             batch = self._batches.popleft()
-            self._window.give_back(batch.count)
+            self._window.give_back()
             self._link.drop(batch.call)
             if batch.number == number:
                 self._window.learn(batch.count, lost)

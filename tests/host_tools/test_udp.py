@@ -27,6 +27,7 @@ from litestereo.host_tools.errors import (
 )
 from litestereo.host_tools.protocol import CHUNK_BYTES, MessageType
 from litestereo.host_tools.settings import MatcherSettings
+from support import udp_device as udp_device_module
 from support.pairs import byte_generator, generator, textured_pair
 from support.udp_device import made_up_map, udp_device
 from support.udp_faults import Faults
@@ -122,6 +123,52 @@ def test_settings_that_change_on_a_bad_network():
             expect(device.compute(*pair, settings), pair, settings)
 
 
+def test_a_configure_that_comes_late_changes_no_frame():
+    """The copy of the first one arrives when the second has been answered, before the frame is opened."""
+    sent, copies = pairs(2), []
+    choice       = [MatcherSettings(16, 5), MatcherSettings(16, 9)]
+    with udp_device() as there:
+        receive = there._receive
+
+        def with_copies(peer, datagram):
+            kind = datagram[3]
+            if kind == MessageType.CONFIGURE:
+                copies.append(datagram)
+            if kind == MessageType.OPEN and len(copies) > 1:
+                receive(peer, copies[0])
+            receive(peer, datagram)
+
+        there._receive = with_copies
+        with connect(there.url) as device:
+            for pair, settings in zip(sent, choice, strict=True):
+                expect(device.compute(*pair, settings), pair, settings)
+    assert len(copies) == 2
+
+
+def test_parts_that_are_overtaken_are_not_asked_again(patient):
+    (pair,) = pairs(1, 640, 400)
+    to_host = Faults(reordering=0.2, distance=16, rng=byte_generator(83))
+    with udp_device(None, to_host) as there, connect(there.url) as device:
+        expect(device.compute(*pair, SETTINGS), pair)
+        assert to_host.reordered > 50
+        assert device.link_counters.parts_asked_again == 0
+
+
+def test_what_is_under_way_fits_small_buffers(patient):
+    (pair,)   = pairs(1, 640, 400)
+    impatient = replace(QUICK, silence_limit_s=0.4, max_tries=3)
+    for ignored, kind in ((MessageType.MISSING, MessageType.UPLOAD), (MessageType.READ, MessageType.READ)):
+        with udp_device() as there:
+            there.ignored.add(ignored)
+            with connect(there.url, impatient) as device, pytest.raises(LinkTimeout):
+                device.compute(*pair, SETTINGS)
+        asked = set()
+        for request in (request for request in there.requests if request.type == kind):
+            count  = int.from_bytes(request.payload, "little") // CHUNK_BYTES if kind == MessageType.READ else 1
+            asked |= {request.offset // CHUNK_BYTES + index for index in range(count)}
+        assert asked == set(range(64))
+
+
 def test_chunks_that_are_overtaken_are_no_storm():
     sent = pairs(3, 320, 200)
     ways = [Faults(reordering=0.5, rng=byte_generator(82, way)) for way in (0, 1)]
@@ -153,9 +200,8 @@ def test_two_frames_are_under_way_while_one_is_matched():
         begin = time.monotonic()
         list(device.stream(sent, SETTINGS))
         assert time.monotonic() - begin < 4*0.2 + 0.3
-    opens  = [index for index, kind in enumerate(there.requests) if kind == MessageType.OPEN]
-    reads  = [index for index, kind in enumerate(there.requests) if kind == MessageType.READ]
-    starts = [index for index, kind in enumerate(there.requests) if kind == MessageType.START]
+    opens, reads, starts = ([index for index, request in enumerate(there.requests) if request.type == kind]
+                            for kind in (MessageType.OPEN, MessageType.READ, MessageType.START))
     assert starts[1] < reads[0] and opens[2] < reads[0]
 
 
@@ -168,16 +214,17 @@ def test_a_device_with_one_slot():
 
 def test_pairs_are_asked_for_one_by_one_and_may_share_their_memory():
     """As a camera's, whose buffer is filled again for each frame."""
-    sent  = pairs(6)
+    sent   = pairs(20, 110, 60)
     buffer = [np.empty_like(image) for image in sent[0]]
 
     def camera():
-        for pair in sent:
+        for count, pair in enumerate(sent):
+            assert device.link_counters.chunks_sent == count*chunk_count(110, 60)
             for place, image in zip(buffer, pair, strict=True):
                 place[:] = image
             yield tuple(buffer)
 
-    with udp_device(*bad_ways(12)) as there, connect(there.url) as device:
+    with udp_device(*bad_ways(12, loss=0.2)) as there, connect(there.url) as device:
         for result, pair in zip(device.stream(camera(), SETTINGS), sent, strict=True):
             expect(result, pair)
 
@@ -216,10 +263,10 @@ def test_what_does_not_suit_the_device_ends_the_stream_and_not_the_session():
 
 def test_slots_that_a_late_copy_took_are_taken_back():
     """Frames that are through and open again, as an OPEN that comes late makes them."""
-    sent = pairs(2)
+    sent = pairs(4)
     with udp_device() as there, connect(there.url) as device:
         list(device.stream(sent, SETTINGS))
-        for frame_id in (1, 2):
+        for frame_id in (1, 2, 3, 4):
             device._link.call(MessageType.OPEN, b"\x40\0\x14\0", frame_id)
         stream = device.stream(pairs(6), SETTINGS)
         for result, pair in zip(stream, pairs(6), strict=True):
@@ -372,6 +419,14 @@ def test_a_part_of_a_map_that_is_none_is_an_error(change):
         there._send = lambda peer, reply: send(peer, replace(reply, **change) if len(reply.payload) == 1024 else reply)
         with pytest.raises(ProtocolError, match="part of the map|bytes of the map"):
             device.compute(*pair, SETTINGS)
+
+
+def test_reads_for_which_there_is_no_place_in_line_are_asked_again(monkeypatch):
+    monkeypatch.setattr(udp_device_module, "_READS", 1)
+    (pair,) = pairs(1, 640, 100)
+    with udp_device(datagram_s=0.0005) as there, connect(there.url) as device:
+        expect(device.compute(*pair, SETTINGS), pair)
+        assert device.statistics()["requests_refused"] > 0
 
 
 def test_parts_of_another_frame_or_session_are_ignored():

@@ -83,7 +83,9 @@ class _Frame:
 
 
 class UdpDevice(threading.Thread):
-    """The device; `counters` are its own, `requests` the types of all requests in the order in which they came.
+    """The device; `counters` are its own, `requests` all that came, in their order.
+
+    Types in `ignored` are noted and nothing more.
 
     Parameters
     ----------
@@ -101,7 +103,7 @@ class UdpDevice(threading.Thread):
         self.to_device  = to_device
         self.to_host    = to_host
         self.counters   = dict.fromkeys(payloads.COUNTERS, 0)
-        self.requests:  list[int] = []
+        self.requests:  list[Message] = []
         self.ignored:   set[int]  = set()
         self._slots     = slots
         self._silence_s = silence_s
@@ -182,9 +184,11 @@ class UdpDevice(threading.Thread):
         except ProtocolError:
             self.counters["datagrams_malformed"] += 1
             return
-        if request.type & REPLY or request.type in self.ignored:
+        if request.type & REPLY:
             return
-        self.requests.append(request.type)
+        self.requests.append(request)
+        if request.type in self.ignored:
+            return
         if request.type == MessageType.UPLOAD:
             self._upload(peer, request)
             return
