@@ -17,7 +17,7 @@ from litex.build.lattice.common import lattice_ecp5_trellis_special_overrides
 from litex.gen import LiteXModule
 from litex.gen.fhdl import verilog
 from liteeth.phy.ecp5rgmii import LiteEthPHYRGMII
-from migen import Cat, ClockDomain, If, Record, Signal
+from migen import ClockDomain, Record, Signal
 
 from ..gateware.frame_link import FrameLink
 from ..gateware.network import Network
@@ -25,7 +25,7 @@ from ..sim.paths import build_directory, built_once, content_key
 from .add_frame_link import IP_ADDRESS, MAC_ADDRESS, UDP_PORT
 from .place import PACKAGE, SEED, SPEED_GRADE
 from .resources import commit, table, tools
-from .synthesis import ToolError, run_logged, tool, tool_version
+from .synthesis import ToolError, add_shift_registers, run_logged, tool, tool_version
 
 DOCUMENT = Path(__file__).resolve().parents[1] / "docs" / "network.md"
 DEVICE   = "25k"
@@ -84,22 +84,7 @@ class NetworkTop(LiteXModule):
             queue.reply_busy, queue.run_busy, *link.counters.values(),
             ports["read"].cmd.valid, ports["read"].cmd.addr, ports["read"].rdata.ready,
             ports["write"].cmd.valid, ports["write"].cmd.addr, ports["write"].wdata.valid, ports["write"].wdata.data]
-        shifted  = Signal(sum(len(one) for one in inputs))
-        captured = Signal(sum(len(one) for one in outputs))
-        shifting = Signal(len(captured))
-        load     = Signal(10)
-        self.comb += Cat(*inputs).eq(shifted)
-        self.sync += [
-            shifted.eq(Cat(self.data_in, shifted[:-1])),
-            captured.eq(Cat(*outputs)),
-            load.eq(load + 1),
-            If(load == 0,
-                shifting.eq(captured)
-            ).Else(
-                shifting.eq(Cat(0, shifting[:-1]))
-            ),
-            self.data_out.eq(shifting[-1]),
-        ]
+        add_shift_registers(self, inputs, outputs)
 
 # Place and Route ----------------------------------------------------------------------------------
 

@@ -38,26 +38,16 @@ LIBRARIES = ["libc", "libcompiler_rt", "libbase"]
 # One simulated second is a million clocks: the firmware's time-outs, in seconds, then fit the simulation's pace.
 SYS_CLK_FREQ = int(1e6)
 
+# Pads of a stream of bytes each way, as litex_sim's modules know them.
+BYTES = [Subsignal(f"{side}_{name}", Pins(bits)) for side in ("source", "sink")
+    for name, bits in [("valid", 1), ("ready", 1), ("data", 8)]]
+
 IO = [
     ("sys_clk", 0, Pins(1)),
     ("sys_rst", 0, Pins(1)),
-    ("serial",  0,
-        Subsignal("source_valid", Pins(1)),
-        Subsignal("source_ready", Pins(1)),
-        Subsignal("source_data",  Pins(8)),
-        Subsignal("sink_valid",   Pins(1)),
-        Subsignal("sink_ready",   Pins(1)),
-        Subsignal("sink_data",    Pins(8)),
-    ),
+    ("serial",  0, *BYTES),
     ("eth_clk", 0, Pins(1)),
-    ("eth",     0,
-        Subsignal("source_valid", Pins(1)),
-        Subsignal("source_ready", Pins(1)),
-        Subsignal("source_data",  Pins(8)),
-        Subsignal("sink_valid",   Pins(1)),
-        Subsignal("sink_ready",   Pins(1)),
-        Subsignal("sink_data",    Pins(8)),
-    ),
+    ("eth",     0, *BYTES),
 ]
 
 # Simulated SoCs -----------------------------------------------------------------------------------

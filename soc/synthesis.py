@@ -17,7 +17,7 @@ from pathlib import Path
 
 from litex.gen import LiteXModule
 from litex.gen.fhdl import verilog
-from migen import Cat, ClockDomain, If, Signal
+from migen import Cat, ClockDomain, If, Signal, bits_for
 
 from ..gateware.matcher import Matcher, matcher_settings
 from ..sim.paths import build_directory, built_once, content_key
@@ -59,22 +59,26 @@ class SynthesisTop(LiteXModule):
         inputs += [getattr(matcher, name) for name, *_ in matcher_settings(matcher.parameters)]
         outputs = [matcher.sink.ready, matcher.source.valid, matcher.source.first, matcher.source.last,
             matcher.source.disparity, matcher.busy, matcher.first_row]
-        shifted  = Signal(sum(len(one) for one in inputs))
-        captured = Signal(sum(len(one) for one in outputs))
-        shifting = Signal(len(captured))
-        load     = Signal(6)
-        self.comb += Cat(*inputs).eq(shifted)
-        self.sync += [
-            shifted.eq(Cat(self.data_in, shifted[:-1])),
-            captured.eq(Cat(*outputs)),
-            load.eq(load + 1),
-            If(load == 0,
-                shifting.eq(captured)
-            ).Else(
-                shifting.eq(Cat(0, shifting[:-1]))
-            ),
-            self.data_out.eq(shifting[-1]),
-        ]
+        add_shift_registers(self, inputs, outputs)
+
+def add_shift_registers(top, inputs, outputs):
+    """Drive `inputs` from the pin `data_in` and show `outputs` at the pin `data_out`, bit by bit, so that all of them count."""
+    shifted  = Signal(sum(len(one) for one in inputs))
+    captured = Signal(sum(len(one) for one in outputs))
+    shifting = Signal(len(captured))
+    load     = Signal(bits_for(2*len(captured)))
+    top.comb += Cat(*inputs).eq(shifted)
+    top.sync += [
+        shifted.eq(Cat(top.data_in, shifted[:-1])),
+        captured.eq(Cat(*outputs)),
+        load.eq(load + 1),
+        If(load == 0,
+            shifting.eq(captured)
+        ).Else(
+            shifting.eq(Cat(0, shifting[:-1]))
+        ),
+        top.data_out.eq(shifting[-1]),
+    ]
 
 def emit(max_width: int, disparities: int, max_block_size: int, features: Iterable[str]) -> str:
     """Verilog of a matcher with that top level, module `top`, without the comments that hold the date."""
