@@ -5,8 +5,9 @@
 
 PYTHON := .venv/bin/python
 # Where `make sim` listens, and the main memory of its SoC: integrated-ram or sdram.
-PORT ?= 2000
-RAM  ?= integrated-ram
+PORT     ?= 2000
+UDP_PORT ?= 19539
+RAM      ?= integrated-ram
 # What `make test` runs, and how many of the tests at once.
 TESTS ?= tests
 JOBS  ?= 2
@@ -29,8 +30,8 @@ test: install ## Run all tests, the linters first
 	@$(PYTHON) -m mypy
 	@$(PYTHON) -m pytest -n $(JOBS) --dist loadgroup $(TESTS)
 
-sim: install ## Run the full system in simulation, its UART on tcp://127.0.0.1:PORT
-	@$(PYTHON) -m litestereo.sim.serve --port $(PORT) --ram $(RAM)
+sim: install ## Run the full system in simulation: udp://127.0.0.1:UDP_PORT, and its UART on tcp://127.0.0.1:PORT
+	@$(PYTHON) -m litestereo.sim.serve --port $(PORT) --udp-port $(UDP_PORT) --ram $(RAM)
 
 bench: install ## Measure clocks, print a table and write build/bench.json
 	@$(PYTHON) -m litestereo.sim.bench

@@ -205,6 +205,8 @@ class Link:
 
     def _fits(self, call: Call) -> bool:
         calls    = (call, *self._outstanding.values())
+        if len(calls) > self._settings.window_requests:
+            return False
         to_there = sum(len(other.wrapped) for other in calls)
         to_here  = sum(other.reply_bytes for other in calls)
         return len(calls) == 1 or max(to_there, to_here) <= self._settings.window_bytes

@@ -95,6 +95,26 @@ def test_bytes_in_flight_stay_within_the_window(kind):
     assert 2*CHUNK_BYTES < max(bursts) <= 4096
 
 
+def test_requests_in_flight_are_no_more_than_a_device_keeps_waiting():
+    """However small they are; over UDP those beyond would be dropped."""
+    bursts, burst = [], []
+
+    class Counting(ScriptedTransport):
+        def read(self, timeout_s):
+            bursts.append(len(burst))
+            burst.clear()
+            return super().read(timeout_s)
+
+    def script(request):
+        burst.append(request.sequence)
+        return answer(request)
+
+    link = Link(SerialChannel(Counting(script)), QUICK)
+    link.hello()
+    link.wait([link.submit(MessageType.RELEASE, frame_id=index, urgent=True) for index in range(1, 41)])
+    assert max(bursts) == 8
+
+
 def test_urgent_requests_pass_those_that_wait():
     link, transport = connected(answer)
     upload(link, 40)

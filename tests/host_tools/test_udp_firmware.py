@@ -35,7 +35,8 @@ def patient(monkeypatch):
 
 def pairs(count, width=110, height=60, salt=70):
     rng = generator(salt)
-    return [textured_pair(width, height, rng, shift) for shift in range(3, 3 + count)]
+    # Shifts that the settings cover: maps that are all invalid would not show which frame is which.
+    return [textured_pair(width, height, rng, 3 + index % 20) for index in range(count)]
 
 
 def chunk_count(width, height):
@@ -87,10 +88,10 @@ def test_a_stream_of_pairs_of_all_sizes_comes_back_in_order(shared_url, patient)
     assert grown["requests_refused"] == grown["datagrams_malformed"] == 0
 
 
-@pytest.mark.parametrize("seed", range(4))
-def test_many_small_frames_on_a_bad_network(seed):
+@pytest.mark.parametrize(("seed", "frames"), [(0, 2000), (1, 40), (2, 40), (3, 40)])
+def test_many_small_frames_on_a_bad_network(seed, frames):
     """Datagrams are lost, doubled, delayed and changed on their way, in both directions."""
-    sent = pairs(40, 64, 20, 71)
+    sent = pairs(frames, 64, 20, 71)
     ways = [Faults(0.05, 0.05, 0.1, 0.01, rng=byte_generator(72, seed, way)) for way in (0, 1)]
     with native_udp_device() as port, udp_proxied(port, *ways) as network, connect(network.url) as device:
         for result, pair in zip(device.stream(sent, SETTINGS), sent, strict=True):
@@ -99,13 +100,13 @@ def test_many_small_frames_on_a_bad_network(seed):
         counted = device.statistics()
     for way in ways:
         assert min(way.lost, way.duplicated, way.reordered, way.flipped) > 0
-    chunks = 40*chunk_count(64, 20)
-    again  = counted["frames_opened"] - 40
-    assert (counted["sessions"], counted["frames_matched"], counted["frames_failed"]) == (1, 40, 0)
+    chunks = frames*chunk_count(64, 20)
+    again  = counted["frames_opened"] - frames
+    assert (counted["sessions"], counted["frames_matched"], counted["frames_failed"]) == (1, frames, 0)
     # A late copy of an OPEN opens a frame again, and late copies of its chunks may fill it.
     assert 0 <= again <= ways[0].duplicated
     assert chunks <= counted["chunks_received"] <= chunks + again*chunk_count(64, 20)
-    assert (host.chunks_sent, host.parts_received) == (chunks, 40*3)
+    assert (host.chunks_sent, host.parts_received) == (chunks, frames*3)
     assert counted["datagrams_malformed"] <= ways[0].flipped
     assert counted["datagrams_received"] <= ways[0].carried - ways[0].lost + ways[0].duplicated
     assert counted["datagrams_overrun"] == counted["mailbox_overrun"] == 0

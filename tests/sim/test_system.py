@@ -24,13 +24,14 @@ from litestereo.host_tools.settings import MatcherSettings
 from litestereo.sim.bench import measure
 from litestereo.sim.build import SimulationError
 from litestereo.sim.system import start_simulation
+from support.checked import check_small_frame, check_stream
 from support.data import stereo_pair
 from support.drawn import any_settings, drawn_settings
 from support.expected import expected_map
 from support.fault_proxy import Faults, proxied
 from support.interruptible import interruptible
 from support.opencv import same_as_opencv
-from support.pairs import SEED, generator, textured_pair
+from support.pairs import generator, textured_pair
 
 pytestmark = pytest.mark.system
 
@@ -45,19 +46,6 @@ def port():
 @pytest.fixture
 def url(port):
     return f"tcp://127.0.0.1:{port}"
-
-
-def check_stream(device, pairs, settings):
-    """Match pairs, one after the other with two in flight, and compare each map with the model."""
-    for (left, right), result in zip(pairs, device.stream(pairs, settings), strict=True):
-        assert np.array_equal(result.disparity, expected_map(left, right, settings))
-        assert result.clocks <= 1.1*left.size + 20*left.shape[0] + 2000
-
-
-def check_small_frame(url):
-    left, right = textured_pair(70, 20, np.random.default_rng(SEED))
-    with connect(url) as device:
-        check_stream(device, [(left, right)], MatcherSettings(32, 7))
 
 
 @pytest.mark.xdist_group("integrated-ram")
@@ -203,8 +191,8 @@ def test_port_in_use(port):
     """One clear line, from the function and from the command."""
     with pytest.raises(SimulationError, match=f"^port {port} is in use"):
         start_simulation(port=port)
-    serve = subprocess.run([sys.executable, "-m", "litestereo.sim.serve", "--port", str(port)], check=False,
-                           capture_output=True, text=True)
+    serve = subprocess.run([sys.executable, "-m", "litestereo.sim.serve", "--port", str(port), "--udp-port", "0"],
+                           check=False, capture_output=True, text=True)
     assert serve.returncode == 1
     assert serve.stderr.splitlines() == [f"sim: error: port {port} is in use: choose another, or 0 for a free one"]
 
@@ -217,11 +205,13 @@ def test_unknown_memory():
 
 @pytest.mark.xdist_group("integrated-ram")
 def test_serve():
-    """`make sim`: says its URL, works, and ends with Ctrl-C, taking its simulator along."""
-    with interruptible([sys.executable, "-m", "litestereo.sim.serve", "--port", "0"], stdout=subprocess.PIPE) as serve:
-        line = serve.stdout.readline()
-        url  = re.search(r"tcp://127\.0\.0\.1:\d+", line)[0]
-        check_small_frame(url)
+    """`make sim`: says its URLs, works, and ends with Ctrl-C, taking its simulator along."""
+    command = [sys.executable, "-m", "litestereo.sim.serve", "--port", "0", "--udp-port", "0"]
+    with interruptible(command, stdout=subprocess.PIPE) as serve:
+        urls = re.findall(r"\w+://127\.0\.0\.1:\d+", serve.stdout.readline())
+        assert [url.partition(":")[0] for url in urls] == ["udp", "tcp"]
+        for url in urls:
+            check_small_frame(url)
         serve.send_signal(signal.SIGINT)
         assert serve.wait(10) == 0
 
