@@ -19,6 +19,8 @@ _MAGIC  = 0xa1b23c4d # pcap with nanoseconds: one of them is a clock.
 _HEADER = struct.Struct("=IHHIIII")
 _RECORD = struct.Struct("=IIII")
 
+_DEVICE = bytes([192, 168, 1, 50])
+
 _UDP_OFFSET     = 14 + 20
 _PAYLOAD_OFFSET = _UDP_OFFSET + 8
 
@@ -37,7 +39,7 @@ def read_capture(path: Path) -> Iterator[Captured]:
     Raises
     ------
     ValueError
-        The file is no such capture.
+        The file is no such capture; at the first message that is asked for.
     """
     data = path.read_bytes()
     if len(data) < _HEADER.size or _HEADER.unpack_from(data)[0] != _MAGIC:
@@ -57,4 +59,5 @@ def read_capture(path: Path) -> Iterator[Captured]:
             message = Message.decode(frame[_PAYLOAD_OFFSET:_UDP_OFFSET + length])
         except ProtocolError:
             continue
-        yield Captured(seconds*10**9 + nanoseconds, destination == UDP_PORT, message)
+        # By address: a host's port may be the device's number too.
+        yield Captured(seconds*10**9 + nanoseconds, frame[30:34] == _DEVICE, message)
