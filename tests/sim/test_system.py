@@ -37,10 +37,16 @@ pytestmark = pytest.mark.system
 
 
 @pytest.fixture(scope="module")
-def port():
-    """UART of a running system on integrated RAM."""
+def simulation():
+    """A running system on integrated RAM."""
     with start_simulation() as simulation:
-        yield simulation.port
+        yield simulation
+
+
+@pytest.fixture
+def port(simulation):
+    """Its UART."""
+    return simulation.port
 
 
 @pytest.fixture
@@ -162,11 +168,11 @@ def test_bad_line(port, url):
     pytest.param("teddy",   4, marks=pytest.mark.xdist_group("middlebury-2")),
     pytest.param("cones",   4, marks=pytest.mark.xdist_group("middlebury-2")),
 ])
-def test_opencv(url, name, count):
-    """Real pairs over the link, matched, and back, every pixel is cv2.StereoBM's, at drawn settings."""
+def test_opencv(simulation, name, count):
+    """Real pairs over Ethernet, matched, and back, every pixel is cv2.StereoBM's, at drawn settings."""
     pair = stereo_pair(name)
     rng  = generator(55, *name.encode())
-    with connect(url) as device:
+    with connect(f"udp://127.0.0.1:{simulation.udp_port}") as device:
         if name == "tsukuba":
             check_stream(device, [(pair.left, pair.right)], MatcherSettings(16, 7, prefilter="none", subpixel=False))
         for drawn in (drawn_settings(rng, largest_block=15) for _ in range(count)):
