@@ -142,7 +142,7 @@ uint16_t tcp_uart_listen(uint16_t port)
 
     line.listener = socket(AF_INET, SOCK_STREAM, 0);
     setsockopt(line.listener, SOL_SOCKET, SO_REUSEADDR, &on, sizeof(on));
-    if (bind(line.listener, (struct sockaddr *)&address, length) != 0 || listen(line.listener, 4) != 0) {
+    if (bind(line.listener, (struct sockaddr *)&address, length) != 0 || listen(line.listener, 128) != 0) {
         return 0;
     }
     getsockname(line.listener, (struct sockaddr *)&address, &length);

@@ -19,7 +19,8 @@ def talk(port, text, until, limit_s=30.0):
     """Sends text again and again until the answer is there."""
     end = time.monotonic() + limit_s
     with socket.create_connection(("127.0.0.1", port)) as connection:
-        connection.settimeout(0.2)
+        # Longer than a frame may be silent: a client before may have left one open, and text in it is not heard.
+        connection.settimeout(1.2)
         answer = b""
         while until not in answer:
             assert time.monotonic() < end, answer
