@@ -30,6 +30,10 @@ class ImageError(LiteStereoError):
     """A file that is not to be read or written, or images that do not fit each other or the device."""
 
 
+class GeometryError(LiteStereoError):
+    """Cameras that cannot be: a focal length or a baseline that is not above 0."""
+
+
 class DatasetError(LiteStereoError):
     """A data set that is neither in the cache nor to be fetched."""
 
