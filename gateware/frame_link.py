@@ -11,11 +11,14 @@ from litex.soc.interconnect import stream
 
 from .common          import *
 from .frame_link_csr  import FrameLinkCSR
+from .map_parts       import MapParts
 from .memory_port     import word_bytes
 from .message         import *
+from .message_arbiter import MessageArbiter
 from .message_buffer  import MessageBuffer
 from .message_framer  import MessageFramer
 from .message_sorter  import MessageSorter
+from .pair_gate       import PairGate
 from .send_queue      import SendQueue
 from .slot_table      import SlotTable
 from .stream_reader   import StreamReader
@@ -25,6 +28,8 @@ from .stream_writer   import StreamWriter
 
 class FrameLink(FrameLinkCSR, LiteXModule):
     """Images from datagrams to memory, and maps and the firmware's replies from memory to datagrams.
+
+    Streamed frames go past memory: pairs from datagrams to `pairs`, and the map from `map` to datagrams.
 
     Parameters
     ----------
@@ -40,17 +45,22 @@ class FrameLink(FrameLinkCSR, LiteXModule):
         See `MessageSorter`.
     burst_bytes : int
         Bytes that are read or written in one go.
+    streaming : bool
+        Build what streamed frames need.
     """
     def __init__(self, read_port, write_port, address, port, slots=4, max_chunks=1024, mailbox_entries=8, burst_bytes=128,
-        with_csr=True):
+        streaming=False, with_csr=True):
         self.sink   = stream.Endpoint(datagram_description()) # From LiteEth's UDP core.
         self.source = stream.Endpoint(datagram_description()) # To it.
+        self.pairs  = stream.Endpoint(pixel_pair_layout())    # Pairs of a streamed frame.
+        self.map    = stream.Endpoint(disparity_layout())     # Its map, as it goes to memory; never stalls.
 
         self.address         = address
         self.port            = port
         self.slots           = slots
         self.max_chunks      = max_chunks
         self.mailbox_entries = mailbox_entries
+        self.streaming       = streaming
         self.alignment       = max(word_bytes(read_port), word_bytes(write_port)) # Bytes.
 
         self.matching = Signal() # The matcher is at work; for a counter.
@@ -62,7 +72,8 @@ class FrameLink(FrameLinkCSR, LiteXModule):
         self.buffer = buffer = MessageBuffer()
         self.table  = table  = SlotTable(slots, max_chunks)
         self.writer = writer = StreamWriter(write_port, 32, burst_bytes)
-        self.sorter = sorter = MessageSorter(table, writer, mailbox_entries)
+        self.gate   = gate   = PairGate() if streaming else None
+        self.sorter = sorter = MessageSorter(table, writer, mailbox_entries, gate)
         self.reader = reader = StreamReader(read_port, 32, burst_bytes)
         self.queue  = queue  = SendQueue(reader)
         self.framer = framer = MessageFramer(port)
@@ -72,10 +83,15 @@ class FrameLink(FrameLinkCSR, LiteXModule):
         self.comb += [
             self.sink.connect(buffer.sink),
             buffer.source.connect(sorter.sink),
-            queue.source.connect(framer.sink),
-            queue.payload.connect(framer.payload),
             framer.source.connect(self.source),
         ]
+        if streaming:
+            self.add_streaming()
+        else:
+            self.comb += [
+                queue.source.connect(framer.sink),
+                queue.payload.connect(framer.payload),
+            ]
 
         # Counters.
         # ---------
@@ -98,3 +114,29 @@ class FrameLink(FrameLinkCSR, LiteXModule):
 
         if with_csr:
             self.add_csr()
+
+    def add_streaming(self):
+        """The way of streamed frames: pairs to the matcher, and parts of the map between the other messages."""
+        gate, sorter, framer = self.gate, self.sorter, self.framer
+        self.parts    = parts   = MapParts()
+        self.arbiter  = arbiter = MessageArbiter()
+        self.sequence = Signal(32) # Of the parts of the map.
+        self.comb += [
+            gate.source.connect(self.pairs),
+            self.map.connect(parts.sink),
+            parts.open.eq(gate.open),
+            parts.close.eq(gate.close),
+            parts.job.address.eq(sorter.peer_address),
+            parts.job.port.eq(sorter.peer_port),
+            parts.job.session.eq(sorter.token),
+            parts.job.sequence.eq(self.sequence),
+            parts.job.frame_id.eq(gate.frame_id),
+            parts.taken.eq(arbiter.taken[1]),
+            arbiter.source.connect(framer.sink),
+            arbiter.payload.connect(framer.payload),
+        ]
+        for n, core in enumerate([self.queue, parts]):
+            self.comb += [
+                core.source.connect(arbiter.sinks[n]),
+                core.payload.connect(arbiter.payloads[n]),
+            ]

@@ -8,7 +8,7 @@ from migen import *
 from litex.soc.interconnect.csr import *
 from litex.soc.integration.doc  import ModuleDoc
 
-LINK_VERSION = (0, 1) # Of the register interface: major, minor.
+LINK_VERSION = (0, 2) # Of the register interface: major, minor.
 
 STAGED_JOB = {
     "address":  "IPv4 address of the peer that gets the message.",
@@ -28,9 +28,10 @@ COUNTERS = {
     "datagrams_overrun":     "Messages dropped: they came faster than memory takes them.",
     "mailbox_overrun":       "Messages dropped: the mailbox was full.",
     "uploads_foreign":       "Chunks dropped: not of the session, or not from its peer.",
-    "uploads_unfit":         "Chunks dropped: no open slot has such a frame, or the frame such a chunk.",
-    "chunks_received":       "Chunks written.",
-    "chunks_repeated":       "Chunks that had been written before, and were not again.",
+    "uploads_unfit":         "Chunks dropped: no open slot has such a frame, or the frame such a chunk; or of a streamed frame another "
+                             "one comes first.",
+    "chunks_received":       "Chunks written, or passed to the matcher.",
+    "chunks_repeated":       "Chunks that had been before, and were dropped.",
     "chunks_while_matching": "Chunks written while the matcher was at work.",
     "datagrams_sent":        "Datagrams sent.",
 }
@@ -55,6 +56,9 @@ class FrameLinkCSR:
 
         To send: stage the message in ``send_*`` and write 1 to ``reply``, or, for all of a map, to ``run``.
 
+        To take a streamed frame: stage it in ``stream_*``, open the stream, then start the matcher with ``streamed`` in its
+        ``options``. The stream closes itself with the last pair. To give the frame up, abort the matcher, then close the stream.
+
         A CPU that caches has to invalidate its lines of the mailbox before it reads a message.
         """)
         self.add_capabilities()
@@ -62,6 +66,9 @@ class FrameLinkCSR:
         self.add_slots()
         self.add_mailbox()
         self.add_sender()
+        self.add_status("streaming", 1, int(self.streaming), "1: there is a way for streamed frames.")
+        if self.streaming:
+            self.add_stream()
         for name, description in COUNTERS.items():
             self.add_status(name, 32, self.counters[name], description)
 
@@ -149,3 +156,25 @@ class FrameLinkCSR:
             self._send_status.fields.reply_busy.eq(queue.reply_busy),
             self._send_status.fields.run_busy.eq(queue.run_busy),
         ]
+
+    def add_stream(self):
+        gate, parts = self.gate, self.parts
+        self.add_storage("stream_frame_id", gate.frame_id, "Id of the streamed frame to open.")
+        self.add_storage("stream_pixels",   gate.pixels,   "Pixels of one of its images.")
+        self.add_storage("stream_sequence", self.sequence, "Sequence of the messages that bring its map.")
+        self._stream_control = CSRStorage(name="stream_control", fields=[
+            CSRField("open",  size=1, pulse=True, description="Write 1 to take pairs of the staged frame, and to send its map to the "
+                                                              "session's peer. Not while ``stream_status`` is not 0."),
+            CSRField("close", size=1, pulse=True, description="Write 1 to give it up: what is under way is thrown away."),
+        ])
+        self._stream_status = CSRStatus(name="stream_status", fields=[
+            CSRField("open",    size=1, description="Pairs are missing."),
+            CSRField("sending", size=1, description="Parts of the map have not been sent."),
+        ])
+        self.comb += [
+            gate.open.eq(self._stream_control.fields.open),
+            gate.close.eq(self._stream_control.fields.close),
+            self._stream_status.fields.open.eq(gate.opened),
+            self._stream_status.fields.sending.eq(parts.sending),
+        ]
+        self.add_status("stream_offset", 32, gate.offset, "Offset of the chunk of pairs that comes next.")

@@ -14,7 +14,7 @@ from .common import *
 NO_CHECK = 255 # As disp12_max_diff: no left-right check.
 
 # Settings that are a bit each of the register `options`, from bit 0 up.
-OPTIONS = ("xsobel", "subpixel", "median")
+OPTIONS = ("xsobel", "subpixel", "median", "streamed")
 
 def frame_settings():
     """Settings of a frame, as the registers hold them: (name, bits)."""

@@ -16,6 +16,9 @@ MAGIC   = 0x534c # "LS".
 VERSION = 1
 
 TYPE_UPLOAD = 0x04
+TYPE_READ   = 0x07
+TYPE_PAIRS  = 0x0d
+REPLY_BIT   = 0x80
 
 CHUNK_BYTES   = 1024
 HEADER_WORDS  = 6 # Of 32 bits: magic, version, type; session; sequence; frame id; offset; length.

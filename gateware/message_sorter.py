@@ -17,7 +17,7 @@ from .message import *
 class MessageSorter(LiteXModule):
     """Write messages to memory: chunks of images in their frame's slot, all others in the mailbox of the firmware.
 
-    A chunk counts as arrived, and a message as produced, when it is in memory.
+    A chunk counts as arrived, and a message as produced, when it is in memory. Chunks of pairs go to the matcher instead.
 
     Parameters
     ----------
@@ -27,8 +27,10 @@ class MessageSorter(LiteXModule):
         Way to memory, of 32-bit items; nobody else uses it.
     mailbox_entries : int
         Messages that the mailbox holds; a power of 2, at most 128.
+    gate : PairGate, optional
+        Way to the matcher; without it chunks of pairs are messages as any other.
     """
-    def __init__(self, table, writer, mailbox_entries=8):
+    def __init__(self, table, writer, mailbox_entries=8, gate=None):
         check(2 <= mailbox_entries <= 128 and mailbox_entries & (mailbox_entries - 1) == 0,
             f"mailbox_entries must be a power of 2 from 2 to 128, not {mailbox_entries}.")
         self.sink     = stream.Endpoint(message_description())
@@ -43,7 +45,7 @@ class MessageSorter(LiteXModule):
         self.consumed     = Signal(8)  # Messages taken out, likewise.
         # Status and events (pulses).
         self.writing      = Signal()   # A chunk is on its way to memory, in the slot `table.found`.
-        self.accepted     = Signal()   # A chunk has arrived.
+        self.accepted     = Signal()   # A chunk has arrived, or passed.
         self.repeated     = Signal()   # A chunk had arrived before.
         self.foreign      = Signal()   # A chunk of another session or peer.
         self.unfit        = Signal()   # A chunk of no open frame.
@@ -60,12 +62,14 @@ class MessageSorter(LiteXModule):
         position     = Signal(max=MESSAGE_WORDS + 1) # Of the word that is next.
         header       = [Signal(32, name=f"header{n}") for n in range(HEADER_WORDS)]
         upload       = Signal()
+        pairs        = Signal() # A chunk of pairs.
         own          = Signal() # The chunk comes from the session's peer.
         rounded      = Signal(12)
         last_payload = Signal(max=MESSAGE_WORDS + 1)
         payload_ends = Signal()
         self.comb += [
             upload.eq(sink.data[16:] == (TYPE_UPLOAD << 8 | VERSION)),
+            pairs.eq((sink.data[16:] == (TYPE_PAIRS << 8 | VERSION)) & int(gate is not None)),
             table.chunk_frame_id.eq(header[3]),
             table.chunk_offset.eq(header[4]),
             table.chunk_length.eq(header[5]),
@@ -91,6 +95,7 @@ class MessageSorter(LiteXModule):
         entry   = Signal(log2_int(mailbox_entries))
         letter  = Signal() # What is written is no chunk.
         address = Signal(32)
+        passing = Signal() # What is looked at is a chunk of pairs.
         self.comb += [
             waiting.eq(self.produced - self.consumed),
             entry.eq(self.produced),
@@ -103,7 +108,8 @@ class MessageSorter(LiteXModule):
             If(sink.valid,
                 If(~self.enable,
                     NextState("DROP")
-                ).Elif(upload,
+                ).Elif(upload | pairs,
+                    NextValue(passing, pairs),
                     NextState("HEADER")
                 ).Elif(waiting >= mailbox_entries,
                     self.mailbox_full.eq(1),
@@ -125,7 +131,8 @@ class MessageSorter(LiteXModule):
         fsm.act("HEADER",
             sink.ready.eq(1),
             If(moves & (position == HEADER_WORDS - 1),
-                NextState("JUDGE")
+                NextState("JUDGE"),
+                *[If(passing, NextState("JUDGE-PAIRS")) for _ in [gate] if gate is not None]
             )
         )
         fsm.act("JUDGE",
@@ -171,6 +178,10 @@ class MessageSorter(LiteXModule):
             )
         )
 
+        # Chunk of pairs.
+        if gate is not None:
+            self.add_pairs(gate, own, header, moves, payload_ends)
+
         # Letter: who sent it and its length, then the message.
         fsm.act("PEER",
             writer.sink.valid.eq(1),
@@ -203,3 +214,44 @@ class MessageSorter(LiteXModule):
         )
         self.comb += letter.eq(fsm.ongoing("PEER") | fsm.ongoing("LENGTH") | fsm.ongoing("LETTER")
             | fsm.ongoing("LETTER-WRITTEN"))
+
+    def add_pairs(self, gate, own, header, moves, payload_ends):
+        """States of a chunk of pairs."""
+        sink, fsm = self.sink, self.fsm
+        self.comb += [
+            gate.chunk_frame_id.eq(header[3]),
+            gate.chunk_offset.eq(header[4]),
+            gate.chunk_length.eq(header[5]),
+            gate.sink.data.eq(sink.data),
+            gate.sink.last.eq(payload_ends),
+        ]
+        fsm.act("JUDGE-PAIRS",
+            gate.judge.eq(1),
+            If(gate.judged,
+                NextState("DROP"),
+                If(~own,
+                    self.foreign.eq(1)
+                ).Elif(gate.fits,
+                    gate.begin.eq(1),
+                    NextState("PAIRS")
+                ).Elif(gate.repeated,
+                    self.repeated.eq(1)
+                ).Else(
+                    self.unfit.eq(1)
+                )
+            )
+        )
+        fsm.act("PAIRS",
+            gate.sink.valid.eq(sink.valid),
+            sink.ready.eq(gate.sink.ready),
+            If(moves & payload_ends,
+                NextState("PAIRS-CRC")
+            )
+        )
+        fsm.act("PAIRS-CRC",
+            sink.ready.eq(1),
+            If(moves,
+                self.accepted.eq(1),
+                NextState("BEGIN")
+            )
+        )

@@ -8,6 +8,8 @@ from migen import *
 from litex.gen import *
 from litex.gen.genlib.misc import WaitTimer
 
+from litex.soc.interconnect import stream
+
 from .common         import *
 from .frame_settings import FrameSettings, frame_settings
 from .matcher        import Matcher, matcher_settings
@@ -22,6 +24,8 @@ ERROR_NONE, ERROR_CONFIG, ERROR_BUS, ERROR_ABORTED = range(4)
 
 class StereoPeripheral(PeripheralCSR, LiteXModule):
     """Matcher between memory and memory: registers, DMA and interrupts around `Matcher`.
+
+    A streamed frame's pixels come from `pairs` instead, and its map goes to `map` as well as to memory.
 
     Its settings are Signals named as in `frame_settings`.
 
@@ -39,6 +43,9 @@ class StereoPeripheral(PeripheralCSR, LiteXModule):
         self.matcher = matcher = Matcher(max_width, MAX_HEIGHT, disparities, max_block_size, features)
         self.reader  = reader  = PairReader(read_port, burst_bytes)
         self.writer  = writer  = StreamWriter(write_port, DISPARITY_BITS, burst_bytes)
+
+        self.pairs = stream.Endpoint(pixel_pair_layout()) # Pairs of a streamed frame, the first and the last one marked.
+        self.map   = stream.Endpoint(disparity_layout())  # Its map, as it goes to memory; whoever takes it never stalls.
 
         self.parameters = matcher.parameters
         self.alignment  = max(word_bytes(read_port), word_bytes(write_port)) # Bytes.
@@ -108,7 +115,7 @@ class StereoPeripheral(PeripheralCSR, LiteXModule):
             NextValue(self.clocks, self.clocks + 1),
             If(settle.done,
                 If(legal,
-                    reader.start.eq(1),
+                    reader.start.eq(~frame.streamed),
                     writer.start.eq(1),
                     NextState("BEGIN")
                 ).Else(
@@ -152,9 +159,16 @@ class StereoPeripheral(PeripheralCSR, LiteXModule):
         # Stream.
         # -------
         self.comb += [
-            reader.source.connect(matcher.sink),
+            If(~frame.streamed,
+                reader.source.connect(matcher.sink)
+            ).Elif(fsm.ongoing("FRAME"),
+                self.pairs.connect(matcher.sink)
+            ),
             matcher.source.connect(writer.sink, omit={"disparity"}),
             writer.sink.data.eq(matcher.source.disparity),
+            self.map.valid.eq(frame.streamed & matcher.source.valid & matcher.source.ready),
+            self.map.last.eq(matcher.source.last),
+            self.map.disparity.eq(matcher.source.disparity),
         ]
 
         if with_csr:

@@ -12,7 +12,7 @@ from litex.soc.integration.doc               import ModuleDoc
 from .common         import *
 from .frame_settings import OPTIONS, frame_settings
 
-VERSION = (0, 2) # Of the register interface: major, minor.
+VERSION = (0, 3) # Of the register interface: major, minor.
 
 # What the registers of the settings are described as.
 SETTING_DESCRIPTIONS = {
@@ -36,6 +36,7 @@ OPTION_DESCRIPTIONS = {
     "xsobel":   "Filter the images (PREFILTER_XSOBEL); otherwise match grey values as they are.",
     "subpixel": "Sixteenths of a pixel; otherwise whole pixels.",
     "median":   "Median of 3x3 pixels as the last step.",
+    "streamed": "Pixels come from a stream past memory; ``left_base`` and ``right_base`` are not read.",
 }
 
 FEATURE_DESCRIPTIONS = {

@@ -19,7 +19,7 @@ class FrameLinkMixin:
     """Gives a LiteX SoC the method `add_frame_link`: `class MySoC(FrameLinkMixin, SoCCore)`."""
 
     def add_frame_link(self, phy, name="frame_link", mac_address=MAC_ADDRESS, ip_address=IP_ADDRESS, udp_port=UDP_PORT,
-        max_chunks=1024, memory=None, burst_bytes=128):
+        max_chunks=1024, memory=None, burst_bytes=128, streaming=None):
         """Add the way of frames between Ethernet and memory: LiteEth's UDP core, and a `FrameLink` behind it.
 
         Parameters
@@ -36,8 +36,13 @@ class FrameLinkMixin:
             Where the DMA gets its ports: see `StereoMixin.add_stereo`.
         burst_bytes : int
             Bytes read or written in one go.
+        streaming : bool, optional
+            Build the way of streamed frames from the wire through the matcher `stereo` and back; by default if there is one.
         """
         self.check_if_exists(name)
+        stereo = getattr(self, "stereo", None)
+        if streaming is None:
+            streaming = stereo is not None
         if memory is None:
             memory = BusPorts(self, name)
         network = Network(phy, mac_address, ip_address, self.clk_freq)
@@ -48,13 +53,19 @@ class FrameLinkMixin:
             port        = udp_port,
             max_chunks  = max_chunks,
             burst_bytes = burst_bytes,
+            streaming   = streaming,
         )
         port = network.get_port(udp_port)
         self.comb += [
             port.source.connect(link.sink),
             link.source.connect(port.sink),
         ]
-        if hasattr(self, "stereo"):
-            self.comb += link.matching.eq(self.stereo.busy)
+        if stereo is not None:
+            self.comb += link.matching.eq(stereo.busy)
+        if streaming:
+            self.comb += [
+                link.pairs.connect(stereo.pairs),
+                stereo.map.connect(link.map),
+            ]
         self.add_module(name=f"{name}_network", module=network)
         self.add_module(name=name, module=link)

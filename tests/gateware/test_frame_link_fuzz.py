@@ -20,6 +20,7 @@ from support.link_bench import (
     Datagram,
     LinkBench,
     chunk_offsets,
+    pairs,
     upload,
     with_crc,
 )
@@ -28,6 +29,9 @@ from support.pairs import byte_generator
 #: `make fuzz` takes a hundred thousand.
 DATAGRAMS = int(os.environ.get("LITESTEREO_DATAGRAMS", "20000"))
 BATCH     = 250
+
+#: Frame that is streamed.
+STREAMED = 77
 
 WORD_BYTES    = 8
 MAILBOX_BYTES = 8*2048
@@ -55,7 +59,7 @@ class Hostile:
         slot            = rng.randrange(SLOTS)
         frame_id, image = self.open[slot]
         offset, length  = rng.choice(chunk_offsets(image))
-        kind            = rng.randrange(8)
+        kind            = rng.randrange(9)
         payload         = rng.randbytes(length)
         if kind <= 2:
             if offset not in self.arrived[slot]:
@@ -80,6 +84,11 @@ class Hostile:
             return Datagram(rng.randbytes(rng.randint(1, 1500)), (rng.getrandbits(32), rng.getrandbits(16)))
         if kind == 6:
             return Datagram(upload(frame_id, offset, payload), (PEER[0], rng.randrange(PEER[1])))
+        if kind == 7:
+            # Pairs, of which some pass to the matcher; to memory goes none.
+            offset = rng.choice([CHUNK_BYTES*rng.randrange(12), rng.getrandbits(32)])
+            length = rng.choice([CHUNK_BYTES, CHUNK_BYTES, 2*rng.randint(0, CHUNK_BYTES//2)])
+            return Datagram(pairs(rng.choice([STREAMED, frame_id]), offset, rng.randbytes(length)))
         wild = [rng.choice([0, offset, image, rng.getrandbits(32), 0xffffffff - rng.randrange(2048)]) for _ in range(2)]
         length = rng.choice([0, length, CHUNK_BYTES, rng.randint(0, CHUNK_BYTES)])
         if self.would_fit(frame_id, wild[0], length):
@@ -108,9 +117,13 @@ def test_nothing_is_written_but_chunks():
     for slot in range(SLOTS):
         frame_id, pixels = hostile.reopen(slot)
         link.open(slot, frame_id, pixels)
+    streamed = 0
     for done in range(0, DATAGRAMS, BATCH):
+        link.open_stream(STREAMED, rng.randint(1, 6*CHUNK_BYTES))
         link.receive([hostile.datagram() for _ in range(BATCH)], 0.2, seed=done, settle=600)
         link.set(consumed=link.get("produced"))
+        streamed += link.get("offset")
+        link.close_stream()
         slot = rng.randrange(SLOTS)
         link.close(slot)
         frame_id, pixels = hostile.reopen(slot)
@@ -122,6 +135,7 @@ def test_nothing_is_written_but_chunks():
     print(counters)
     assert counters["datagrams_received"] == -(-DATAGRAMS//BATCH)*BATCH
     assert counters["datagrams_overrun"] == 0
+    assert streamed > 0
     assert all(counters[name] > 0
                for name in ("datagrams_malformed", "uploads_foreign", "uploads_unfit", "chunks_repeated"))
 

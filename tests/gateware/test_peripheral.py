@@ -73,8 +73,11 @@ class Bench:
         self.dut = dut = StereoPeripheral(ports["read"], ports["write"], MAX_WIDTH, DISPARITIES, MAX_BLOCK,
                                           features, burst_bytes=64, with_csr=False)
         inputs   = {name: getattr(dut, name) for name in (*SETTINGS, "start", "abort")}
+        inputs  |= {f"pairs_{name}": getattr(dut.pairs, name) for name in ("valid", "first", "last", "left", "right")}
         outputs  = {name: getattr(dut, name)
                     for name in ("busy", "done", "failed", "error_code", "clocks", "first_row_clocks", "frames")}
+        outputs |= {"pairs_ready": dut.pairs.ready}
+        outputs |= {f"map_{name}": getattr(dut.map, name) for name in ("valid", "last", "disparity")}
         for name, port in ports.items():
             more_inputs, more_outputs = port_pins(name, port)
             inputs  |= more_inputs
@@ -121,9 +124,46 @@ class Bench:
         self.memory.reads.clear()
         self.memory.writes.clear()
         self.core.set(**dict(zip(BASES, places, strict=True)), **registers(width, height, settings))
+        self.core.set(streamed=0)
         self.core.set(**(changes or {}))
         self.pulse("start")
         return stereo_bm(*pair, settings) if not changes else None, places
+
+    def begin_streamed(self, width, height, block_size=5):
+        """Start a streamed frame; returns its pair, the expected map and where that goes."""
+        settings       = self.draw(width, block_size)
+        pair           = textured_pair(width, height, np.random.default_rng(self.rng.getrandbits(32)), 5)
+        _, places      = self.begin(width, height, changes=registers(width, height, settings) | {"streamed": 1})
+        return pair, stereo_bm(*pair, settings), places
+
+    def stream(self, pair, chance, limit=60000):
+        """Feed a pair, a pixel a clock with that chance, until the frame ends; returns the event and the map on the side."""
+        left, right = (image.ravel().tolist() for image in pair)
+        place, offered, beside = 0, False, []
+        for _ in range(limit):
+            offered = place < len(left) and (offered or self.rng.random() < chance)
+            if offered:
+                self.core.set(pairs_left=left[place], pairs_right=right[place], pairs_first=int(place == 0),
+                              pairs_last=int(place == len(left) - 1))
+            self.core.set(pairs_valid=int(offered))
+            if offered and self.core.get("pairs_ready"):
+                place, offered = place + 1, False
+            if self.core.get("map_valid"):
+                beside.append((self.core.get("map_disparity"), self.core.get("map_last")))
+            if events := self.clock():
+                self.core.set(pairs_valid=0)
+                return events, beside
+        raise AssertionError(f"no end after {limit} clocks, {place} of {len(left)} pairs taken")
+
+    def check_streamed(self, width, height, block_size=5, chance=1.0):
+        """A whole streamed frame: right in memory and beside it, and no image read."""
+        pair, expected, places = self.begin_streamed(width, height, block_size)
+        events, beside         = self.stream(pair, chance)
+        assert events == ["done"]
+        assert np.array_equal(self.map_at(places[2], expected.shape), expected)
+        assert [disparity for disparity, _ in beside] == (expected.astype(int) & 0xffff).ravel().tolist()
+        assert [last for _, last in beside] == [0]*(expected.size - 1) + [1]
+        assert self.memory.reads == []
 
     def pulse(self, name):
         self.core.set(**{name: 1})
@@ -235,6 +275,42 @@ def test_start_while_busy(bench):
     assert bench.end() == ["done"]
     bench.check_result(expected, places, before)
     assert not any(bench.clock() for _ in range(200))
+
+
+def test_streamed(bench):
+    """Pixels from the stream, whatever its and the memory's speed, in turn with frames from memory."""
+    for turn, size in enumerate(SIZES[1:4]):
+        bench.memory.speed = bench.rng.choice([1.0, 0.5, 0.15])
+        bench.check_streamed(*size, chance=bench.rng.choice([1.0, 0.7, 0.2]))
+        if turn % 2:
+            bench.check_frame(*size)
+
+
+def test_abort_of_streamed_frames(bench):
+    """A streamed frame given up at any clock ends soon, with pairs on offer or not, and the next one is right."""
+    for turn in range(6):
+        pair, *_ = bench.begin_streamed(33, 11)
+        left     = pair[0].ravel().tolist()
+        events   = []
+        for place in range(bench.rng.randrange(len(left))):
+            bench.core.set(pairs_valid=1, pairs_left=left[place], pairs_right=0, pairs_first=int(place == 0))
+            events += bench.clock()
+        bench.core.set(pairs_valid=turn % 2)
+        events += bench.pulse("abort") or bench.end(2000)
+        assert events == ["failed"] and bench.core.get("error_code") == ERROR_ABORTED
+        assert not bench.core.get("pairs_ready")
+        bench.core.set(pairs_valid=0)
+        (bench.check_streamed if turn % 3 else bench.check_frame)(*SIZES[turn % len(SIZES)])
+
+
+def test_pairs_wait_while_no_streamed_frame_is_under_way(bench):
+    """They are neither taken between frames nor by a frame from memory."""
+    bench.core.set(pairs_valid=1)
+    for _ in range(20):
+        assert not bench.core.get("pairs_ready")
+        bench.clock()
+    bench.check_frame(30, 8)
+    assert not bench.core.get("pairs_ready")
 
 
 def test_settings_of_the_next_frame(bench):

@@ -14,9 +14,10 @@ from dataclasses import dataclass
 import numpy as np
 from litex.gen import LiteXModule
 from litex.soc.interconnect import stream
-from migen import Signal
+from migen import Cat, Signal
 
 from litestereo.gateware.frame_link import FrameLink
+from litestereo.gateware.message import TYPE_PAIRS
 from litestereo.host_tools.protocol import CHUNK_BYTES, Message, MessageType
 from litestereo.sim.stream_core import StreamCore
 from litestereo.soc.wide_ram import WideRAM
@@ -36,11 +37,14 @@ JOB      = ("address", "port", "type", "session", "sequence", "frame_id", "offse
 
 
 class LinkInRAM(LiteXModule):
-    """Frame link and memory, with a plain stream on each side, and Signals in place of registers."""
+    """Frame link and memory, with a plain stream on each side, and Signals in place of registers.
+
+    In place of the matcher a pixel pair is the disparity: what comes as pairs leaves as parts of a map.
+    """
     def __init__(self, data_width: int) -> None:
         self.ram    = ram  = WideRAM(MEMORY_BYTES, data_width)
         self.link   = link = FrameLink(ram.get_port("read"), ram.get_port("write"), ADDRESS, PORT, SLOTS, MAX_CHUNKS,
-                                       with_csr=False)
+                                       streaming=True, with_csr=False)
         self.sink   = stream.Endpoint(WIRE)
         self.source = stream.Endpoint([*WIRE, ("length", 16)])
         self.comb += [
@@ -52,6 +56,17 @@ class LinkInRAM(LiteXModule):
             self.source.address.eq(link.source.ip_address),
             self.source.port.eq(link.source.dst_port),
         ]
+        self.slow = Signal(4) # Bits of a counter that are 0 when a pair passes.
+        count     = Signal(4)
+        awake     = Signal()
+        self.sync += count.eq(count + 1)
+        self.comb += [
+            awake.eq((count & self.slow) == 0),
+            link.pairs.ready.eq(awake),
+            link.map.valid.eq(link.pairs.valid & awake),
+            link.map.disparity.eq(Cat(link.pairs.left, link.pairs.right)),
+            link.map.last.eq(link.pairs.last),
+        ]
         table, sorter, queue = link.table, link.sorter, link.queue
         self.settings = {
             "enable": sorter.enable, "token": sorter.token, "peer_address": sorter.peer_address,
@@ -59,10 +74,13 @@ class LinkInRAM(LiteXModule):
             "slot": table.slot, "slot_frame_id": table.frame_id, "slot_base": table.base, "slot_pixels": table.pixels,
             "open": table.open, "close": table.close, "index": table.index,
             "reply": queue.reply, "run": queue.run, "abort": queue.abort,
+            "stream_frame_id": link.gate.frame_id, "stream_pixels": link.gate.pixels, "sequence": link.sequence,
+            "stream_open": link.gate.open, "stream_close": link.gate.close, "slow": self.slow,
         } | {f"send_{name}": getattr(queue.job, name) for name in JOB}
         self.status = {
             "clearing": table.clearing, "writing": sorter.writing, "arrived": table.arrived, "missing": table.missing,
             "produced": sorter.produced, "reply_busy": queue.reply_busy, "run_busy": queue.run_busy,
+            "opened": link.gate.opened, "sending": link.parts.sending, "offset": link.gate.offset,
         } | {name: link.counters[name] for name in COUNTERS}
         for name, signal in self.settings.items():
             port = Signal.like(signal)
@@ -150,6 +168,16 @@ class LinkBench:
         self.set(slot=slot)
         self.pulse("close")
 
+    def open_stream(self, frame_id: int, pixels: int, sequence: int = 1) -> None:
+        """Take pairs of a frame, and send its map."""
+        self.set(stream_frame_id=frame_id, stream_pixels=pixels, sequence=sequence)
+        self.pulse("stream_open")
+
+    def close_stream(self) -> None:
+        """Give the streamed frame up, and let what of its map is being sent go."""
+        self.pulse("stream_close")
+        self.take(1)
+
     def arrived(self, slot: int, chunks: int) -> list[bool]:
         """Which chunks of a slot have arrived."""
         flags = []
@@ -214,6 +242,11 @@ def chunk_offsets(pixels: int) -> list[tuple[int, int]]:
 def upload(frame_id: int, offset: int, payload: bytes, token: int = 0x1234, **fields: int) -> bytes:
     """An UPLOAD as bytes."""
     return Message(MessageType.UPLOAD, token, 1, frame_id, offset, payload, **fields).encode()
+
+
+def pairs(frame_id: int, offset: int, payload: bytes, token: int = 0x1234) -> bytes:
+    """A chunk of pairs as bytes."""
+    return Message(TYPE_PAIRS, token, 1, frame_id, offset, payload).encode()
 
 
 def with_crc(data: bytes) -> bytes:
