@@ -137,7 +137,7 @@ class Bench:
         return pair, stereo_bm(*pair, settings), places
 
     def stream(self, pair, chance, limit=60000):
-        """Feed a pair, a pixel a clock with that chance, until the frame ends; returns the event and the map on the side."""
+        """Feed a pair, each clock a pixel with that chance; returns the last event and the map on the side."""
         left, right = (image.ravel().tolist() for image in pair)
         place, offered, beside = 0, False, []
         for _ in range(limit):
