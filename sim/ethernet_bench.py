@@ -31,20 +31,25 @@ FRAMES = 8
 #: Clocks of the wire that a full chunk takes: message, UDP, IP and Ethernet header, and preamble, FCS and gap.
 CHUNK_CLOCKS = CHUNK_BYTES + 28 + 8 + 20 + 14 + 24
 
+#: Messages that bring images.
+CHUNKS = (MessageType.UPLOAD, MessageType.PAIRS)
+
 #: Clock of gigabit Ethernet, a byte each, and that of the Colorlight i5's SoC and SDRAM.
 WIRE_HZ, BOARD_HZ = 125_000_000, 60_000_000
 
 
 @dataclass(frozen=True)
 class EthernetCase:
-    """Memory of the SoC, and clocks of the wire per clock of the SoC."""
+    """Memory of the SoC, clocks of the wire per clock of the SoC, and how frames are sent: stored or streamed."""
     name:  str
     ram:   str
     ratio: float
+    mode:  str
 
 CASES = [
-    EthernetCase("integrated-ram",   "integrated-ram", 1.0),
-    EthernetCase("sdram-at-60-mhz",  "sdram",          WIRE_HZ/BOARD_HZ),
+    EthernetCase("integrated-ram",           "integrated-ram", 1.0,              "stored"),
+    EthernetCase("sdram-at-60-mhz",          "sdram",          WIRE_HZ/BOARD_HZ, "stored"),
+    EthernetCase("sdram-at-60-mhz-streamed", "sdram",          WIRE_HZ/BOARD_HZ, "streamed"),
 ]
 
 
@@ -72,7 +77,7 @@ def measure_flow(case: EthernetCase) -> Flow:
     with tempfile.TemporaryDirectory() as folder:
         capture = Path(folder) / "wire.pcap"
         with (start_simulation(case.ram, byte_clock_hz=round(case.ratio*SYS_CLK_HZ), capture=capture) as simulation,
-              connect(f"udp://127.0.0.1:{simulation.udp_port}") as device):
+              connect(f"udp://127.0.0.1:{simulation.udp_port}?mode={case.mode}") as device):
             results = device.stream((pairs[n % 2] for n in range(FRAMES)), SETTINGS)
             for number, result in enumerate(results):
                 if not np.array_equal(result.disparity, expected[number % 2]):
@@ -82,7 +87,7 @@ def measure_flow(case: EthernetCase) -> Flow:
 
 def flow(captured: list[Captured]) -> Flow:
     """Figures of a capture: from the end of one frame's upload to that of a later one's, whole frames in between."""
-    uploads  = [entry for entry in captured if entry.to_device and entry.message.type == MessageType.UPLOAD]
+    uploads  = [entry for entry in captured if entry.to_device and entry.message.type in CHUNKS]
     complete = {}
     for entry in uploads:
         complete[entry.message.frame_id] = entry.clock
@@ -92,7 +97,7 @@ def flow(captured: list[Captured]) -> Flow:
                for entry in uploads if begin < entry.clock <= end}
     parts   = {(entry.message.frame_id, entry.message.offset): len(entry.message.payload)
                for entry in inside if not entry.to_device and entry.message.type == MessageType.READ | REPLY}
-    sent    = sum(entry.message.type == MessageType.UPLOAD and entry.to_device for entry in inside)
+    sent    = sum(entry.message.type in CHUNKS and entry.to_device for entry in inside)
     clocks  = end - begin
     frames  = sum(begin < clock <= end for clock in complete.values())
     return Flow(sum(chunks.values())/clocks, sum(parts.values())/clocks, clocks/frames, sent - len(chunks))
