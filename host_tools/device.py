@@ -38,9 +38,9 @@ class _Simulation(Protocol):
 def connect(url: str, link_settings: LinkSettings | None = None) -> Device:
     """The device at `url`, with a session begun if it is a remote one. Use it as a context manager.
 
-    `udp://host` is a device on a network; `tcp://host:port` and `serial:/dev/ttyUSB0?baud=1000000` are devices
-    behind a line; `sim:` is the full system in simulation, started for the purpose; `cosim:` the gateware alone
-    in Verilator; `model:` the reference in NumPy.
+    `udp://host` is a device on a network, and `udp://host?mode=streamed` has it match pixels as they come;
+    `tcp://host:port` and `serial:/dev/ttyUSB0?baud=1000000` are devices behind a line; `sim:` is the full system in
+    simulation, started for the purpose; `cosim:` the gateware alone in Verilator; `model:` the reference in NumPy.
 
     Parameters
     ----------
@@ -55,6 +55,8 @@ def connect(url: str, link_settings: LinkSettings | None = None) -> Device:
         The URL cannot be understood.
     DeviceError
         There is no device, it is in use, or it does not answer.
+    UnsupportedError
+        It was not built for streamed frames, and they are asked for.
     ProtocolError
         It speaks another version of the link protocol.
     """
@@ -66,21 +68,30 @@ def connect(url: str, link_settings: LinkSettings | None = None) -> Device:
     if parsed.scheme == "sim":
         return _open_simulation(parsed, link_settings or LinkSettings())
     if parsed.scheme == "udp":
-        return UdpDevice(url, UdpChannel(parsed.host, parsed.port), link_settings)
+        streamed = _is_streamed(parsed)
+        return UdpDevice(url, UdpChannel(parsed.host, parsed.port), link_settings, streamed=streamed)
     return SerialDevice(url, open_transport(parsed), link_settings)
+
+
+def _is_streamed(url: DeviceUrl) -> bool:
+    return url.choice("mode", "stored", "streamed") == "streamed"
 
 
 def _open_simulation(url: DeviceUrl, link_settings: LinkSettings) -> Device:
     """Starts the simulated system, with the URL's options, and connects to it by the link that they name."""
     options    = {name: int(text) if text.isdecimal() else text for name, text in url.options.items()}
-    link       = options.pop("link", "udp")
-    if link not in ("udp", "serial"):
-        raise UrlError(f"{url.text}: link is udp or serial, not '{link}'")
+    link       = url.choice("link", "udp", "serial")
+    streamed   = _is_streamed(url)
+    if streamed and link != "udp":
+        raise UrlError(f"{url.text}: only with link=udp can frames be streamed")
+    for name in ("link", "mode"):
+        options.pop(name, None)
     settings   = replace(link_settings, hello_limit_s=max(_SIMULATION_HELLO_LIMIT_S, link_settings.hello_limit_s))
     simulation = _start(url, options)
     try:
         if link == "udp":
-            return UdpDevice(url.text, UdpChannel("127.0.0.1", simulation.udp_port), settings, simulation.close)
+            channel = UdpChannel("127.0.0.1", simulation.udp_port)
+            return UdpDevice(url.text, channel, settings, simulation.close, streamed=streamed)
         line = open_transport(parse_url(f"tcp://127.0.0.1:{simulation.port}"))
     except BaseException:
         simulation.close()
@@ -96,7 +107,7 @@ def _start(url: DeviceUrl, options: dict[str, int | str]) -> _Simulation:
     try:
         inspect.signature(system.start_simulation).bind(**options)
     except TypeError:
-        known = ", ".join(["link", *inspect.signature(system.start_simulation).parameters])
+        known = ", ".join(["link", "mode", *inspect.signature(system.start_simulation).parameters])
         raise UrlError(f"{url.text}: unknown option, the options are {known}") from None
     try:
         simulation: _Simulation = system.start_simulation(**options)

@@ -11,7 +11,7 @@ import enum
 
 
 class Feature(enum.IntFlag):
-    """Stages that a device was built with: the bits of its capability word."""
+    """What a device was built with: the bits of its capability word. All but STREAMING are stages of the matcher."""
 
     XSOBEL        = 1 << 0
     RAW           = 1 << 1
@@ -21,6 +21,7 @@ class Feature(enum.IntFlag):
     LEFT_RIGHT    = 1 << 5
     MIN_DISPARITY = 1 << 6
     MEDIAN        = 1 << 7
+    STREAMING     = 1 << 8
 
 
 #: Every stage that there is.
@@ -40,6 +41,6 @@ DESCRIPTIONS = {
 
 
 def feature_names(features: int) -> list[str]:
-    """Names of the stages in a capability word; bits that are not known count as their number."""
+    """Names of the features in a capability word; bits that are not known count as their number."""
     known = [feature.name.lower() for feature in Feature if features & feature and feature.name]
     return known + [f"bit {bit}" for bit in range(len(Feature), 32) if features >> bit & 1]

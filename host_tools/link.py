@@ -146,6 +146,13 @@ class Link:
         self._channel.send(self._channel.wrap(request.encode()), False)
         return sequence
 
+    def listen(self, kind: MessageType, sequence: int, frame_id: int, take: Callable[[Message], None]) -> None:
+        """Has `take` get what comes as if in reply to a request of that kind, until `end_run`.
+
+        It is the device's answer to the request that has that sequence, next to the reply proper.
+        """
+        self._runs[sequence] = Run(Message(kind, self.session, sequence, frame_id), take)
+
     def end_run(self, sequence: int) -> None:
         """Ignores what replies may come to a run."""
         self._runs.pop(sequence, None)
@@ -230,15 +237,9 @@ class Link:
 
     def _receive(self, message: Message) -> bool:
         """Takes in a message; returns whether it answers a request."""
-        run = self._runs.get(message.sequence)
-        if run is not None and is_reply(message, run.request) and message.version == VERSION:
-            self._progress_at = time.monotonic()
-            run.take(message)
-            return True
         call = self._outstanding.get(message.sequence)
         if call is None or not call.answered_by(message):
-            self.counters.stale_replies += 1
-            return False
+            return self._receive_of_run(message)
         del self._outstanding[message.sequence]
         if message.type == MessageType.ERROR and payloads.unpack_error(message.payload)[0] not in call.accepts:
             raise refusal(message)
@@ -252,6 +253,15 @@ class Link:
             # What was sent before this request and is not answered has been lost.
             self._send_again([other for other in self._outstanding.values()
                               if other.transmission < call.transmission])
+        return True
+
+    def _receive_of_run(self, message: Message) -> bool:
+        run = self._runs.get(message.sequence)
+        if run is None or not is_reply(message, run.request) or message.version != VERSION:
+            self.counters.stale_replies += 1
+            return False
+        self._progress_at = time.monotonic()
+        run.take(message)
         return True
 
     def _measure(self, call: Call) -> None:

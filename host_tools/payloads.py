@@ -110,7 +110,7 @@ class FrameState(enum.IntEnum):
 
 @dataclass(frozen=True)
 class FrameStatus:
-    """Reply to STATUS; `first_missing` is an offset in the upload space, 0xffffffff if none is missing."""
+    """Reply to STATUS; `first_missing` is an offset in the upload space, or of pairs, NO_OFFSET if none is missing."""
 
     state:            int
     slot:             int
@@ -147,12 +147,12 @@ def pack_parameters(parameters: Mapping[Parameter, int]) -> bytes:
 
 
 def pack_size(width: int, height: int) -> bytes:
-    """Payload of OPEN, sizes in pixels."""
+    """Payload of OPEN and STREAM, sizes in pixels."""
     return _SIZE.pack(width, height)
 
 
 def pack_opened(slot: int, pitch: int) -> bytes:
-    """Payload of OPEN's reply."""
+    """Payload of the reply to OPEN, or STREAM, which has no pitch."""
     return _OPENED.pack(slot, 0, pitch)
 
 

@@ -20,6 +20,9 @@ VERSION = 1
 #: Largest payload, and the step of upload offsets, in bytes.
 CHUNK_BYTES = 1024
 
+#: Stands for no offset: nothing is missing.
+NO_OFFSET = 0xffffffff
+
 #: Port at which a device listens for datagrams.
 UDP_PORT = 19539
 
@@ -48,6 +51,8 @@ class MessageType(enum.IntEnum):
     STATISTICS = 0x09
     BYE        = 0x0a
     MISSING    = 0x0b
+    STREAM     = 0x0c
+    PAIRS      = 0x0d
     ERROR      = 0xff
 
 

@@ -78,9 +78,10 @@ class UdpChannel:
         """Sends a datagram."""
         self._send([wrapped])
 
-    def send_chunk(self, session: int, sequence: int, frame_id: int, offset: int, chunk: memoryview) -> None:
-        """Sends an UPLOAD without copying the chunk."""
-        header, crc = pack_header(MessageType.UPLOAD, session, sequence, frame_id, offset, chunk)
+    def send_chunk(self, session: int, sequence: int, frame_id: int, offset: int, chunk: memoryview,
+                   kind: MessageType = MessageType.UPLOAD) -> None:
+        """Sends an UPLOAD, or PAIRS, without copying the chunk."""
+        header, crc = pack_header(kind, session, sequence, frame_id, offset, chunk)
         self._send([header, chunk, crc])
 
     def _send(self, parts: list[bytes | memoryview]) -> None:

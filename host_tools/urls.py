@@ -43,6 +43,13 @@ class DeviceUrl:
                 known = f"the options are {', '.join(names)}" if names else f"{self.scheme}: takes none"
                 raise UrlError(f"{self.text}: unknown option '{name}', {known}")
 
+    def choice(self, name: str, default: str, *others: str) -> str:
+        """Value of an option that is `default` or one of `others`; raises UrlError if it is none of them."""
+        value = self.options.get(name, default)
+        if value not in (default, *others):
+            raise UrlError(f"{self.text}: {name} is {' or '.join((default, *others))}, not '{value}'")
+        return value
+
     def integer(self, name: str, default: int, minimum: int = 1) -> int:
         """Value of an option as a number; raises UrlError if it is none, or less than `minimum`."""
         text = self.options.get(name, str(default))
@@ -85,5 +92,5 @@ def _parse_host(url: DeviceUrl, parts: urllib.parse.SplitResult) -> DeviceUrl:
         raise UrlError(f"'{url.text}': the port must be a number from 1 to 65535")
     if not host or port is None or parts.path:
         raise UrlError(f"'{url.text}' is not a {url.scheme} URL, write it like {EXAMPLES[url.scheme]}")
-    url.check_options()
-    return DeviceUrl(url.text, url.scheme, host, port)
+    url.check_options(*(("mode",) if url.scheme == "udp" else ()))
+    return DeviceUrl(url.text, url.scheme, host, port, options=url.options)

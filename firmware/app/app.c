@@ -56,6 +56,7 @@ static void start_udp(app_t *app)
         status            = udp_link_init(&app->udp_link, &app->udp, &app->session, &app->counters);
     }
     if (status == STATUS_OK) {
+        app->matcher.stream = app->udp_link.transfer.stream;
         return;
     }
     if (app->udp.capabilities.version != 0) {

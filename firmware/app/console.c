@@ -99,6 +99,7 @@ static bool command_info(console_t *console, char **argv)
         console_printf(console, "udp: %u.%u.%u.%u port %u\n", (unsigned)(info->address >> 24),
             (unsigned)(info->address >> 16 & 0xff), (unsigned)(info->address >> 8 & 0xff),
             (unsigned)(info->address & 0xff), info->port);
+        console_printf(console, "streaming: %s\n", console->session->transfer->stream != NULL ? "yes" : "no");
     }
     return true;
 }

@@ -20,6 +20,7 @@ stereo_job_t matcher_job(const frame_t *frame)
         .right    = frame_right(frame),
         .map      = frame_map(frame),
         .settings = frame->settings,
+        .streamed = frame->streamed,
     };
 }
 
@@ -29,11 +30,35 @@ static void finish(matcher_t *matcher, frame_t *frame, const frame_result_t *res
     count(matcher->counters, result->error == ERROR_NONE ? COUNTER_FRAMES_MATCHED : COUNTER_FRAMES_FAILED);
 }
 
+/* Nothing of a streamed frame that failed is taken or sent any more; the matcher is at rest by now. The wait is bounded,
+ * and a way that does not even close is found closed by no frame after this one either. */
+static void close_stream(matcher_t *matcher, const frame_t *frame)
+{
+    if (frame->streamed && matcher->stream != NULL) {
+        (void)matcher->stream->close(matcher->stream->context);
+    }
+}
+
+/* Pairs come when the host sends them, so the watchdog waits for each as long as the protocol has it. */
+static void watch_pairs(matcher_t *matcher, const frame_t *frame, uint64_t clock)
+{
+    uint32_t wanted = matcher->stream->wanted(matcher->stream->context);
+
+    if (wanted != matcher->wanted) {
+        matcher->wanted = wanted;
+        stereo_allow(matcher->stereo, clock, wanted == PROTOCOL_NO_OFFSET
+            ? stereo_budget(&frame->settings) : (uint64_t)PROTOCOL_PAIRS_S * clock_hz());
+    }
+}
+
 static void poll_running(matcher_t *matcher, frame_t *frame, uint64_t clock)
 {
     stereo_result_t ended;
     frame_result_t  result = {0};
 
+    if (frame->streamed) {
+        watch_pairs(matcher, frame, clock);
+    }
     switch (stereo_poll(matcher->stereo, clock, &ended)) {
     case STATUS_BUSY:
         return;
@@ -50,27 +75,69 @@ static void poll_running(matcher_t *matcher, frame_t *frame, uint64_t clock)
         result.detail = ended.error;
         break;
     }
+    if (result.error != ERROR_NONE) {
+        close_stream(matcher, frame);
+    }
     finish(matcher, frame, &result);
+}
+
+/* Opens the way of a streamed frame; STATUS_BUSY as long as it is worth to wait for the map before. */
+static status_t open_stream(matcher_t *matcher, const frame_t *frame, uint64_t clock)
+{
+    const frame_stream_t *stream = matcher->stream;
+    status_t              status = stream != NULL ? stream->open(stream->context, frame) : STATUS_UNSUPPORTED;
+
+    if (status == STATUS_BUSY && !matcher->held) {
+        matcher->held_at = clock;
+    }
+    matcher->held = status == STATUS_BUSY;
+    if (matcher->held && clock - matcher->held_at > clock_hz()) {
+        matcher->held = false;
+        (void)stream->close(stream->context);
+        status = stream->open(stream->context, frame);
+        status = status == STATUS_BUSY ? STATUS_TIMEOUT : status;
+    }
+    return status;
+}
+
+static status_t begin(matcher_t *matcher, frame_t *frame, uint64_t clock)
+{
+    stereo_job_t job    = matcher_job(frame);
+    status_t     status = frame->streamed ? open_stream(matcher, frame, clock) : STATUS_OK;
+
+    if (matcher->held) {
+        return STATUS_OK;
+    }
+    frame_pool_begin(matcher->pool, frame);
+    if (status == STATUS_OK) {
+        status = stereo_submit(matcher->stereo, &job, clock);
+    }
+    if (status == STATUS_OK && frame->streamed) {
+        matcher->wanted = 0;
+        stereo_allow(matcher->stereo, clock, (uint64_t)PROTOCOL_PAIRS_S * clock_hz());
+    }
+    return status;
 }
 
 static void begin_next(matcher_t *matcher, uint64_t clock)
 {
-    frame_t     *frame = frame_pool_next(matcher->pool);
-    stereo_job_t job;
+    frame_t *frame = frame_pool_next(matcher->pool);
 
+    matcher->held = matcher->held && frame != NULL && frame->streamed;
     if (frame == NULL) {
         return;
     }
-    job = matcher_job(frame);
-    frame_pool_begin(matcher->pool, frame);
-    switch (stereo_submit(matcher->stereo, &job, clock)) {
+    switch (begin(matcher, frame, clock)) {
     case STATUS_OK:
         break;
     case STATUS_BUSY:
+    case STATUS_TIMEOUT:
         /* The frame before could not be stopped: this one has no time to wait for. */
+        close_stream(matcher, frame);
         finish(matcher, frame, &(frame_result_t){.error = ERROR_TIMEOUT});
         break;
     default:
+        close_stream(matcher, frame);
         finish(matcher, frame, &(frame_result_t){.error = ERROR_MATCHER, .detail = STEREO_ERROR_CONFIG});
         break;
     }
@@ -93,6 +160,7 @@ void matcher_poll(matcher_t *matcher, uint64_t clock)
 void matcher_stop(matcher_t *matcher, frame_t *frame)
 {
     stereo_abort(matcher->stereo);
+    close_stream(matcher, frame);
     finish(matcher, frame, &(frame_result_t){.error = ERROR_MATCHER, .detail = STEREO_ERROR_ABORTED});
 }
 

@@ -7,6 +7,7 @@
 #include "litestereo/frame_link.h"
 
 #include "frame_link_csr.h"
+#include "frame_link_wait.h"
 #include "litestereo/bytes.h"
 
 #define CONTROL_ENABLE (1u << 0)
@@ -26,9 +27,6 @@
 
 #define MOST_SLOTS    16u
 #define MOST_CHUNKS   (8u * PROTOCOL_CHUNK_SIZE)  /* The reply to MISSING has a bit for each. */
-
-/* Clocks in which the gateware has to do what takes it microseconds. */
-#define WAIT_BUDGET 100000u
 
 static bool is_clearing(void)
 {
@@ -50,18 +48,6 @@ static bool is_sending_run(void)
     return (frame_link_send_status_read() & SEND_RUN) != 0;
 }
 
-static status_t wait_while(bool (*condition)(void))
-{
-    uint64_t begin = clock_now();
-
-    while (condition()) {
-        if (clock_now() - begin > WAIT_BUDGET) {
-            return STATUS_TIMEOUT;
-        }
-    }
-    return STATUS_OK;
-}
-
 static bool is_power_of_two(uint32_t value)
 {
     return value != 0 && (value & (value - 1)) == 0;
@@ -76,9 +62,9 @@ static bool capabilities_make_sense(const frame_link_capabilities_t *can)
 }
 
 /* Whatever ran before, as after a restart of the firmware alone: it must not go on in memory that is ours now. */
-static status_t come_to_rest(const frame_link_t *link)
+static status_t come_to_rest(frame_link_t *link)
 {
-    status_t reply, run;
+    status_t reply, run, stream;
 
     frame_link_control_write(0);
     frame_link_token_write(0);
@@ -86,9 +72,10 @@ static status_t come_to_rest(const frame_link_t *link)
         frame_link_slot_control_write((uint16_t)(slot | SLOT_CLOSE));
     }
     frame_link_send_control_write(SEND_ABORT);
-    run   = wait_while(is_sending_run);
-    reply = wait_while(is_sending_reply);
-    if (run != STATUS_OK || reply != STATUS_OK) {
+    run    = wait_while(is_sending_run);
+    reply  = wait_while(is_sending_reply);
+    stream = frame_link_close_stream(link);
+    if (run != STATUS_OK || reply != STATUS_OK || stream != STATUS_OK) {
         return STATUS_TIMEOUT;
     }
     return wait_while(is_writing);
@@ -110,6 +97,7 @@ status_t frame_link_init(frame_link_t *link, uint8_t *mailbox)
             .alignment       = (uint16_t)frame_link_alignment_read(),
             .address         = frame_link_address_read(),
             .port            = (uint16_t)frame_link_port_read(),
+            .streaming       = frame_link_streaming_read() != 0,
         },
         .mailbox = mailbox,
     };

@@ -16,6 +16,7 @@
 #define OPTION_XSOBEL   (1u << 0)
 #define OPTION_SUBPIXEL (1u << 1)
 #define OPTION_MEDIAN   (1u << 2)
+#define OPTION_STREAMED (1u << 3)
 #define NO_CHECK        255u  /* As disp12_max_diff. */
 
 #define EVENT_DONE    (1u << 0)
@@ -121,8 +122,10 @@ stereo_field_t stereo_check(const stereo_t *stereo, const stereo_job_t *job)
 }
 
 /* The registers of the settings, which are taken over at the start of a frame. */
-static void write_settings(const stereo_settings_t *settings)
+static void write_settings(const stereo_job_t *job)
 {
+    const stereo_settings_t *settings = &job->settings;
+
     stereo_width_write(settings->width);
     stereo_height_write(settings->height);
     stereo_disparities_write(settings->disparities);
@@ -133,7 +136,18 @@ static void write_settings(const stereo_settings_t *settings)
     stereo_uniqueness_ratio_write(settings->uniqueness_ratio);
     stereo_disp12_max_diff_write(settings->disp12_max_diff < 0 ? NO_CHECK : (uint8_t)settings->disp12_max_diff);
     stereo_options_write((settings->xsobel ? OPTION_XSOBEL : 0u) | (settings->subpixel ? OPTION_SUBPIXEL : 0u)
-        | (settings->median ? OPTION_MEDIAN : 0u));
+        | (settings->median ? OPTION_MEDIAN : 0u) | (job->streamed ? OPTION_STREAMED : 0u));
+}
+
+uint64_t stereo_budget(const stereo_settings_t *settings)
+{
+    return BUDGET_PER_FRAME + (uint64_t)BUDGET_PER_PIXEL * settings->width * settings->height;
+}
+
+void stereo_allow(stereo_t *stereo, uint64_t clock, uint64_t budget)
+{
+    stereo->started = clock;
+    stereo->budget  = budget;
 }
 
 status_t stereo_submit(stereo_t *stereo, const stereo_job_t *job, uint64_t clock)
@@ -148,12 +162,11 @@ status_t stereo_submit(stereo_t *stereo, const stereo_job_t *job, uint64_t clock
     stereo_left_base_write((uint32_t)(uintptr_t)job->left);
     stereo_right_base_write((uint32_t)(uintptr_t)job->right);
     stereo_disparity_base_write((uint32_t)(uintptr_t)job->map);
-    write_settings(&job->settings);
+    write_settings(job);
     clear_events(stereo);
     memory_to_device();
-    stereo->busy    = true;
-    stereo->started = clock;
-    stereo->budget  = BUDGET_PER_FRAME + (uint64_t)BUDGET_PER_PIXEL * job->settings.width * job->settings.height;
+    stereo->busy = true;
+    stereo_allow(stereo, clock, stereo_budget(&job->settings));
     stereo_control_write(CONTROL_START);
     return STATUS_OK;
 }

@@ -47,6 +47,15 @@ void session_upload(session_t *session, exchange_t *exchange);
 void session_missing(session_t *session, exchange_t *exchange);
 void session_read(session_t *session, exchange_t *exchange);
 
+/* Requests about a streamed frame, in session_stream.c. */
+void session_stream(session_t *session, exchange_t *exchange);
+
+/** What STATUS reports as first missing: chunks of a stored frame, pairs of a streamed one. */
+uint32_t session_first_missing(const session_t *session, const frame_t *frame);
+
+/** Remembers that a frame, if it is a streamed one, leaves. */
+void session_note_left(session_t *session, const frame_t *frame);
+
 /** Judges, in session_peer.c, whether a request comes from whom the session belongs to; refuses it if not. */
 bool session_admit(session_t *session, exchange_t *exchange);
 
@@ -70,6 +79,18 @@ static inline frame_t *session_find(session_t *session, uint32_t id)
 {
     return frame_pool_find(session->pool, FRAME_OWNER_LINK, id);
 }
+
+/** The way of streamed frames of that peer; null if there is none, as on the serial line. */
+static inline const frame_stream_t *session_stream_way(const session_t *session, const peer_t *peer)
+{
+    return peer->udp && session->transfer != NULL ? session->transfer->stream : NULL;
+}
+
+/** Opens a frame that is not open yet, or refuses it and returns null; a streamed one is READY at once. */
+frame_t *session_open_new(session_t *session, exchange_t *exchange, const stereo_settings_t *settings, bool streamed);
+
+/** Settings of the frame that a request, OPEN or STREAM, wants. */
+stereo_settings_t session_settings_of(const session_t *session, const message_t *request);
 
 /** Finds the frame that a request is about, or refuses the request. */
 frame_t *session_find_or_refuse(session_t *session, exchange_t *exchange);

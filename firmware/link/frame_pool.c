@@ -92,6 +92,7 @@ status_t frame_pool_open(frame_pool_t *pool, frame_owner_t owner, uint32_t id, c
             free->settings = *settings;
             free->pitch    = (uint32_t)round_up(pixels, CHUNK);
             free->missing  = frame_chunks(free);
+            free->streamed = false;
             free->result   = (frame_result_t){0};
             memset(free->received, 0, sizeof(free->received));
             *frame = free;
@@ -226,6 +227,19 @@ status_t frame_pool_start(frame_pool_t *pool, frame_t *frame)
     }
     frame->order = pool->next_order++;
     return STATUS_OK;
+}
+
+status_t frame_pool_stream(frame_pool_t *pool, frame_t *frame, uint32_t sequence)
+{
+    /* What never comes to memory is not missing there. */
+    status_t status = frame_fill(frame);
+
+    if (status != STATUS_OK) {
+        return status;
+    }
+    frame->streamed = true;
+    frame->sequence = sequence;
+    return frame_pool_start(pool, frame);
 }
 
 status_t frame_pool_begin(frame_pool_t *pool, frame_t *frame)

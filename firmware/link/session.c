@@ -29,6 +29,7 @@ static const struct {
     [TYPE_STATISTICS] = {session_statistics, 0},
     [TYPE_BYE]        = {session_bye, 0},
     [TYPE_MISSING]    = {session_missing, 0},
+    [TYPE_STREAM]     = {session_stream, 4},
 };
 
 static void set_defaults(session_t *session)
@@ -71,6 +72,13 @@ static uint32_t draw_token(session_t *session, uint32_t nonce)
     return token;
 }
 
+static uint32_t features(const session_t *session)
+{
+    uint32_t of_matcher = session->info->limits.features & ~PROTOCOL_FEATURE_STREAMING;
+
+    return of_matcher | (session_stream_way(session, &session->peer) != NULL ? PROTOCOL_FEATURE_STREAMING : 0);
+}
+
 static void put_capabilities(const session_t *session, uint8_t *payload)
 {
     const device_info_t *info = session->info;
@@ -85,7 +93,7 @@ static void put_capabilities(const session_t *session, uint8_t *payload)
     put_u16(payload + 16, info->limits.max_disparities);
     payload[18] = info->limits.min_block_size;
     payload[19] = info->limits.max_block_size;
-    put_u32(payload + 20, info->limits.features);
+    put_u32(payload + 20, features(session));
     put_u32(payload + 24, session_max_pixels(session));
     put_u16(payload + 28, session->pool->slots);
     put_u16(payload + 30, PROTOCOL_CHUNK_SIZE);
@@ -117,6 +125,7 @@ void session_hello(session_t *session, exchange_t *exchange)
         session->open  = true;
         session->peer  = *exchange->peer;
         session->heard = exchange->clock;
+        session->streams_left = 0;
         set_defaults(session);
         tell_transfer(session);
         count(session->counters, COUNTER_SESSIONS);
@@ -187,6 +196,15 @@ void session_bye(session_t *session, exchange_t *exchange)
     tell_transfer(session);
 }
 
+/* Whether somebody serves requests of that type of that peer. */
+static bool is_known(const session_t *session, const exchange_t *exchange)
+{
+    uint8_t type = exchange->request->type;
+
+    return type < sizeof(requests) / sizeof(requests[0]) && requests[type].handle != NULL
+        && (type != TYPE_STREAM || session_stream_way(session, exchange->peer) != NULL);
+}
+
 static void serve(session_t *session, exchange_t *exchange)
 {
     const message_t *request = exchange->request;
@@ -195,7 +213,7 @@ static void serve(session_t *session, exchange_t *exchange)
         refuse(exchange, ERROR_VERSION, PROTOCOL_VERSION);
         return;
     }
-    if (request->type >= sizeof(requests) / sizeof(requests[0]) || requests[request->type].handle == NULL) {
+    if (!is_known(session, exchange)) {
         refuse(exchange, ERROR_TYPE, request->type);
         return;
     }
@@ -234,8 +252,9 @@ bool session_handle(session_t *session, uint64_t clock, const peer_t *peer, cons
     if (peer_is(&session->peer, peer)) {
         session->heard = clock;
     }
-    /* Over UDP gateware takes the chunks; what gets here is none that it knows, and is not answered either. */
-    if (peer->udp && request->type == TYPE_UPLOAD && request->version == PROTOCOL_VERSION) {
+    /* Over UDP gateware takes pixels; what gets here is nothing that it knows, and is not answered either. */
+    if (peer->udp && (request->type == TYPE_UPLOAD || request->type == TYPE_PAIRS)
+        && request->version == PROTOCOL_VERSION) {
         return false;
     }
     serve(session, &exchange);

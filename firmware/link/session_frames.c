@@ -43,6 +43,7 @@ void session_free(session_t *session, frame_t *frame, enum counter counter)
         }
         transfer->forget(transfer->context, frame);
     }
+    session_note_left(session, frame);
     if (frame_release(frame) == STATUS_OK) {
         count(session->counters, counter);
     }
@@ -78,8 +79,7 @@ static uint32_t judge_size(const session_t *session, const stereo_settings_t *se
     return 0;
 }
 
-/* Opens a frame that is not open yet, or refuses it. */
-static frame_t *open_new(session_t *session, exchange_t *exchange, const stereo_settings_t *settings)
+frame_t *session_open_new(session_t *session, exchange_t *exchange, const stereo_settings_t *settings, bool streamed)
 {
     const session_transfer_t *transfer = session_transfer(session);
     uint32_t                  problem  = judge_size(session, settings);
@@ -93,7 +93,9 @@ static frame_t *open_new(session_t *session, exchange_t *exchange, const stereo_
         refuse(exchange, ERROR_NO_SLOT, session->pool->slots);
         return NULL;
     }
-    if (transfer != NULL && transfer->open(transfer->context, frame) != STATUS_OK) {
+    if (streamed) {
+        frame_pool_stream(session->pool, frame, exchange->request->sequence);
+    } else if (transfer != NULL && transfer->open(transfer->context, frame) != STATUS_OK) {
         frame_release(frame);
         refuse(exchange, ERROR_TIMEOUT, 0);
         return NULL;
@@ -102,20 +104,27 @@ static frame_t *open_new(session_t *session, exchange_t *exchange, const stereo_
     return frame;
 }
 
-void session_open(session_t *session, exchange_t *exchange)
+stereo_settings_t session_settings_of(const session_t *session, const message_t *request)
 {
-    const message_t  *request  = exchange->request;
-    frame_t          *frame    = session_find(session, request->frame_id);
     stereo_settings_t settings = session->settings;
 
     settings.width  = get_u16(request->payload);
     settings.height = get_u16(request->payload + 2);
+    return settings;
+}
+
+void session_open(session_t *session, exchange_t *exchange)
+{
+    const message_t  *request  = exchange->request;
+    frame_t          *frame    = session_find(session, request->frame_id);
+    stereo_settings_t settings = session_settings_of(session, request);
+
     if (request->frame_id == 0) {
         refuse(exchange, ERROR_FRAME, 0);
         return;
     }
     if (frame == NULL) {
-        frame = open_new(session, exchange, &settings);
+        frame = session_open_new(session, exchange, &settings, false);
         if (frame == NULL) {
             return;
         }
@@ -165,7 +174,7 @@ void session_status(session_t *session, exchange_t *exchange)
         put_u16(out + 2, frame->result.error);
         put_u32(out + 4, frame->result.clocks);
         put_u32(out + 8, frame->result.first_row_clocks);
-        put_u32(out + 12, frame_first_missing(frame));
+        put_u32(out + 12, session_first_missing(session, frame));
     }
     exchange->length = PROTOCOL_STATUS_SIZE;
 }

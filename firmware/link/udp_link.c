@@ -89,6 +89,7 @@ static void forget(void *context, const frame_t *frame)
         }
         drop_read(link, place);
     }
+    udp_stream_forget(link, frame);
 }
 
 static void count_all(void *context)
@@ -133,6 +134,7 @@ status_t udp_link_init(udp_link_t *link, frame_link_t *driver, session_t *sessio
         .forget     = forget,
         .count      = count_all,
     };
+    udp_stream_init(link);
     session->transfer = &link->transfer;
     return STATUS_OK;
 }

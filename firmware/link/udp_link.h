@@ -14,6 +14,7 @@
 
 #include "litestereo/frame_link.h"
 #include "litestereo/frame_pool.h"
+#include "litestereo/frame_stream.h"
 #include "litestereo/session.h"
 
 /** A READ in line. */
@@ -29,6 +30,8 @@ typedef struct {
     session_t            *session;   /**< Who answers messages. */
     counters_t           *counters;  /**< What is counted. */
     session_transfer_t    transfer;  /**< What the session is given. */
+    frame_stream_t        stream;    /**< The way of streamed frames. */
+    int                   streamed;  /**< Slot of the frame that it was opened for last; -1 before the first. */
     frame_link_counters_t counted;   /**< What of gateware's counters is in `counters` already. */
     udp_read_t            reads[PROTOCOL_READS_IN_LINE];  /**< The first `waiting`, oldest first. */
     unsigned              waiting;   /**< READs in line. */
@@ -38,6 +41,12 @@ typedef struct {
 
 /** Prepares the link, and has the session use it; STATUS_UNSUPPORTED if gateware has fewer slots than the pool. */
 status_t udp_link_init(udp_link_t *link, frame_link_t *driver, session_t *session, counters_t *counters);
+
+/** Makes the way of streamed frames, in udp_stream.c, if gateware has one. */
+void udp_stream_init(udp_link_t *link);
+
+/** Sends nothing of a streamed frame's map any more. */
+void udp_stream_forget(udp_link_t *link, const frame_t *frame);
 
 /** Answers what is in the mailbox, and has the next READ served; to be called often. */
 void udp_link_poll(udp_link_t *link, uint64_t clock);

@@ -8,6 +8,7 @@
 
 #include <string.h>
 
+#include "fake_stream.h"
 #include "generated/csr.h"
 #include "litestereo/bytes.h"
 #include "litestereo/crc32.h"
@@ -66,6 +67,7 @@ static uint8_t *memory_at(uint32_t address)
 void fake_frame_link_reset(void)
 {
     memset(&regs, 0, sizeof(regs));
+    fake_stream_reset();
 }
 
 /* Chunks. */
@@ -104,13 +106,31 @@ static int find_slot(uint32_t frame_id)
     return -1;
 }
 
+static bool is_foreign(const peer_t *peer, const message_t *message)
+{
+    return regs.token == 0 || message->session != regs.token || !peer_is(peer, &regs.peer);
+}
+
+static void take_pairs(const peer_t *peer, const message_t *message)
+{
+    if (is_foreign(peer, message)) {
+        regs.foreign++;
+        return;
+    }
+    switch (fake_stream_take(message)) {
+    case FAKE_STREAM_TAKEN:    regs.chunks++; break;
+    case FAKE_STREAM_REPEATED: regs.repeated++; break;
+    default:                   regs.unfit++; break;
+    }
+}
+
 static void take_chunk(const peer_t *peer, const message_t *message)
 {
     uint32_t offset = message->offset;
     uint32_t pitch, within, rest;
     int      slot;
 
-    if (regs.token == 0 || message->session != regs.token || !peer_is(peer, &regs.peer)) {
+    if (is_foreign(peer, message)) {
         regs.foreign++;
         return;
     }
@@ -168,6 +188,8 @@ void fake_frame_link_receive(const peer_t *peer, const uint8_t *bytes, size_t le
         regs.malformed++;
     } else if (message.type == TYPE_UPLOAD && message.version == PROTOCOL_VERSION) {
         take_chunk(peer, &message);
+    } else if (fake_frame_link.streaming && message.type == TYPE_PAIRS && message.version == PROTOCOL_VERSION) {
+        take_pairs(peer, &message);
     } else {
         put_in_mailbox(peer, bytes, length);
     }
@@ -175,20 +197,26 @@ void fake_frame_link_receive(const peer_t *peer, const uint8_t *bytes, size_t le
 
 /* Everything that goes out. */
 
+static bool send_message(const peer_t *peer, const message_t *message)
+{
+    uint8_t bytes[PROTOCOL_MESSAGE_MAX];
+
+    if (!fake_frame_link.send(peer, bytes, message_build(message, bytes))) {
+        return false;
+    }
+    regs.sent++;
+    return true;
+}
+
 /* Sends the first message of a job, `length` bytes of payload; returns whether it is out. */
 static bool send_one(const job_t *job, uint32_t length)
 {
-    uint8_t   bytes[PROTOCOL_MESSAGE_MAX];
     message_t message = job->first;
 
     message.version = PROTOCOL_VERSION;
     message.length  = length;
     message.payload = memory_at(job->base);
-    if (!fake_frame_link.send(&job->peer, bytes, message_build(&message, bytes))) {
-        return false;
-    }
-    regs.sent++;
-    return true;
+    return send_message(&job->peer, &message);
 }
 
 static void advance_run(void)
@@ -220,6 +248,7 @@ void fake_frame_link_advance(void)
         regs.reply.busy = false;
     }
     advance_run();
+    fake_stream_advance(send_message);
 }
 
 unsigned fake_frame_link_waiting(void)
@@ -229,12 +258,16 @@ unsigned fake_frame_link_waiting(void)
 
 bool fake_frame_link_busy(void)
 {
-    return regs.clearing || regs.chunk.busy || regs.reply.busy || regs.run.busy || fake_frame_link_waiting() > 0;
+    return regs.clearing || regs.chunk.busy || regs.reply.busy || regs.run.busy || fake_frame_link_waiting() > 0
+        || fake_stream_sending();
 }
 
 /* Registers. */
 
 uint16_t frame_link_version_read(void)               { return fake_frame_link.version; }
+uint8_t  frame_link_streaming_read(void)             { return fake_frame_link.streaming; }
+uint8_t  frame_link_stream_status_read(void)         { return fake_stream_status(); }
+uint32_t frame_link_stream_offset_read(void)         { return fake_stream_offset(); }
 uint8_t  frame_link_slots_read(void)                 { return SLOTS; }
 uint16_t frame_link_max_chunks_read(void)            { return fake_frame_link.max_chunks; }
 uint8_t  frame_link_mailbox_entries_read(void)       { return ENTRIES; }
@@ -253,6 +286,9 @@ uint32_t frame_link_chunks_received_read(void)       { return regs.chunks; }
 uint32_t frame_link_chunks_repeated_read(void)       { return regs.repeated; }
 uint32_t frame_link_chunks_while_matching_read(void) { return regs.while_matching; }
 
+void frame_link_stream_frame_id_write(uint32_t value) { fake_stream_staged.frame_id = value; }
+void frame_link_stream_pixels_write(uint32_t value)   { fake_stream_staged.pixels = value; }
+void frame_link_stream_sequence_write(uint32_t value) { fake_stream_staged.sequence = value; }
 void frame_link_control_write(uint8_t value)          { regs.enable = (value & 1) != 0; }
 void frame_link_token_write(uint32_t value)           { regs.token = value; }
 void frame_link_slot_frame_id_write(uint32_t value)   { regs.frame_id = value; }
@@ -289,6 +325,16 @@ void frame_link_send_address_write(uint32_t value)
 void frame_link_send_port_write(uint16_t value)
 {
     regs.staged.peer.port = value;
+}
+
+void frame_link_stream_control_write(uint8_t value)
+{
+    REQUIRE(value == 1 || value == 2);
+    if (value == 2) {
+        fake_stream_close();
+    } else {
+        fake_stream_open(regs.token, &regs.peer);
+    }
 }
 
 void frame_link_slot_control_write(uint16_t value)

@@ -21,6 +21,8 @@ typedef struct {
     uint16_t max_chunks;  /**< A multiple of 32. */
     uint32_t address;     /**< IPv4. */
     uint16_t port;        /**< UDP. */
+    bool     streaming;   /**< There is a way for streamed frames. */
+    unsigned skips;       /**< One in so many parts of streamed maps, at random, never goes out; 0 for none. */
     bool     hang;        /**< Nothing that is under way comes to its end. */
     bool   (*matching)(void);  /**< Whether the matcher is at work; may be null. */
     /** Takes a datagram; false if it cannot yet. */

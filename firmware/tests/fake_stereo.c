@@ -10,6 +10,7 @@
 #include <string.h>
 
 #include "app/stereo_bm.h"
+#include "fake_stream.h"
 #include "generated/csr.h"
 
 enum { CODE_NONE, CODE_CONFIG, CODE_BUS, CODE_ABORTED };
@@ -26,6 +27,7 @@ fake_stereo_t fake_stereo = {
 static struct {
     uint32_t left, right, map;
     stereo_settings_t settings;
+    bool     streamed;
     bool     busy;
     uint32_t code, clocks, first_row_clocks, frames, pending, enable;
     uint64_t ready;
@@ -57,10 +59,40 @@ static void end(uint32_t code)
     regs.pending |= code == CODE_NONE ? EVENT_DONE : EVENT_ERROR;
 }
 
+static void match(const uint8_t *left, const uint8_t *right)
+{
+    uint32_t *scratch = malloc(4 * stereo_bm_scratch_words(&regs.settings));
+
+    /* What the computation takes on this computer is no time of the device. */
+    regs.ready  = fake_stereo.clock() + regs.clocks;
+    regs.result = malloc(map_size());
+    stereo_bm(&regs.settings, left, right, regs.result, scratch);
+    free(scratch);
+}
+
+/* Matches a streamed frame once its pixels are in. The parts of its map go out while the clock says it is matched. */
+static void match_stream(void)
+{
+    const uint8_t *pairs = fake_stream_pairs();
+    uint32_t       pixels = map_size() / 2;
+    uint8_t       *left;
+
+    if (pairs == NULL) {
+        return;
+    }
+    left = malloc(2 * pixels);
+    for (uint32_t i = 0; i < pixels; i++) {
+        left[i]          = pairs[2 * i];
+        left[pixels + i] = pairs[2 * i + 1];
+    }
+    match(left, left + pixels);
+    free(left);
+    fake_stream_map(regs.result, map_size());
+}
+
 static void start(void)
 {
     stereo_limits_t limits = {fake_stereo.max_disparities, 5, fake_stereo.max_block_size, fake_stereo.features};
-    uint32_t       *scratch;
 
     if (regs.busy) {
         return;
@@ -68,17 +100,15 @@ static void start(void)
     regs.busy             = true;
     regs.clocks           = (uint32_t)regs.settings.width * regs.settings.height * fake_stereo.clocks_per_pixel;
     regs.first_row_clocks = regs.settings.width * (regs.settings.block_size / 2u + 1) * fake_stereo.clocks_per_pixel;
-    regs.ready            = fake_stereo.clock() + regs.clocks;
     if (stereo_settings_check(&regs.settings, &limits) != STEREO_FIELD_NONE || regs.settings.height > 4095
         || regs.settings.width > fake_stereo.max_width) {
         end(CODE_CONFIG);
         return;
     }
     /* The images are read now and the map is written at the end, as the firmware must allow for. */
-    regs.result = malloc(map_size());
-    scratch     = malloc(4 * stereo_bm_scratch_words(&regs.settings));
-    stereo_bm(&regs.settings, memory_at(regs.left), memory_at(regs.right), regs.result, scratch);
-    free(scratch);
+    if (!regs.streamed) {
+        match(memory_at(regs.left), memory_at(regs.right));
+    }
 }
 
 void fake_stereo_attach(void (*handler)(void))
@@ -88,7 +118,10 @@ void fake_stereo_attach(void (*handler)(void))
 
 void fake_stereo_advance(void)
 {
-    if (regs.busy && !fake_stereo.hang && fake_stereo.clock() >= regs.ready) {
+    if (regs.busy && regs.result == NULL) {
+        match_stream();
+    }
+    if (regs.busy && regs.result != NULL && !fake_stereo.hang && fake_stereo.clock() >= regs.ready) {
         end(fake_stereo.bus_error ? CODE_BUS : CODE_NONE);
     }
     if ((regs.pending & regs.enable) != 0 && regs.handler != NULL) {
@@ -126,13 +159,14 @@ void stereo_options_write(uint8_t value)
     regs.settings.xsobel   = (value & 1) != 0;
     regs.settings.subpixel = (value & 2) != 0;
     regs.settings.median   = (value & 4) != 0;
+    regs.streamed          = (value & 8) != 0;
 }
 
 uint32_t stereo_status_read(void)           { return regs.busy | regs.code << 8; }
 uint32_t stereo_clocks_read(void)           { return regs.clocks; }
 uint32_t stereo_first_row_clocks_read(void) { return regs.first_row_clocks; }
 uint32_t stereo_frames_read(void)           { return regs.frames; }
-uint32_t stereo_version_read(void)          { return 0x0002; }
+uint32_t stereo_version_read(void)          { return 0x0003; }
 uint32_t stereo_max_width_read(void)        { return fake_stereo.max_width; }
 uint32_t stereo_max_disparities_read(void)  { return fake_stereo.max_disparities; }
 uint32_t stereo_block_sizes_read(void)      { return 5 | fake_stereo.max_block_size << 8; }

@@ -33,7 +33,8 @@ static struct {
     size_t   memory_size;
     uint32_t clock_hz;
     uint16_t port;
-    long     udp_port;  /* -1 for none. */
+    long     udp_port;     /* -1 for none. */
+    bool     stored_only;  /* No way for streamed frames. */
 } device = {.memory_size = 16 << 20, .clock_hz = 100000000, .udp_port = -1};
 
 static void stop(int signal)
@@ -118,8 +119,9 @@ static void listen_to_udp(void)
     if (device.udp_port == 0) {
         fail("listen");
     }
-    fake_frame_link.version  = FRAME_LINK_VERSION;
-    fake_frame_link.matching = is_matching;
+    fake_frame_link.version   = FRAME_LINK_VERSION;
+    fake_frame_link.streaming = !device.stored_only;
+    fake_frame_link.matching  = is_matching;
 }
 
 /* The program. */
@@ -131,6 +133,8 @@ static void usage(void)
         "  --port N              TCP port of 127.0.0.1, 0 picks one (default: 0)\n"
         "  --udp-port N          UDP port of 127.0.0.1, 0 picks one (default: no UDP)\n"
         "  --max-chunks N        chunks of a frame over UDP (default: 1024)\n"
+        "  --stored-only         no streamed frames\n"
+        "  --skip-parts N        one in N parts of a streamed map never leaves (default: 0, none)\n"
         "  --memory BYTES        memory for frames (default: 16777216)\n"
         "  --clock-hz N          simulated clock (default: 100000000)\n"
         "  --clocks-per-pixel N  simulated speed of the matcher (default: 1)\n"
@@ -145,7 +149,7 @@ static void usage(void)
 static void parse_options(int argc, char **argv)
 {
     enum { PORT, UDP_PORT, MAX_CHUNKS, MEMORY, CLOCK_HZ, CLOCKS_PER_PIXEL, MAX_WIDTH, MAX_DISPARITIES, MAX_BLOCK_SIZE,
-        HANG, BUS_ERROR };
+        HANG, BUS_ERROR, STORED_ONLY, SKIP_PARTS };
     static const struct option options[] = {
         {"port",             required_argument, NULL, PORT},
         {"udp-port",         required_argument, NULL, UDP_PORT},
@@ -158,6 +162,8 @@ static void parse_options(int argc, char **argv)
         {"max-block-size",   required_argument, NULL, MAX_BLOCK_SIZE},
         {"hang-matcher",     no_argument,       NULL, HANG},
         {"bus-error",        no_argument,       NULL, BUS_ERROR},
+        {"stored-only",      no_argument,       NULL, STORED_ONLY},
+        {"skip-parts",       required_argument, NULL, SKIP_PARTS},
         {NULL, 0, NULL, 0},
     };
     int option;
@@ -177,6 +183,8 @@ static void parse_options(int argc, char **argv)
         case MAX_BLOCK_SIZE:   fake_stereo.max_block_size = (uint8_t)value; break;
         case HANG:             fake_stereo.hang = true; break;
         case BUS_ERROR:        fake_stereo.bus_error = true; break;
+        case STORED_ONLY:      device.stored_only = true; break;
+        case SKIP_PARTS:       fake_frame_link.skips = (unsigned)value; break;
         default:               usage();
         }
     }

@@ -17,6 +17,8 @@
 #define WRITING   2u
 #define REPLYING  1u
 #define RUNNING   2u
+#define STREAM_OPEN    1u
+#define STREAM_SENDING 2u
 #define SLOTS     3u
 #define STEP      10u  /* Clocks from one look at the clock to the next. */
 #define PATIENCE  100000u
@@ -37,6 +39,8 @@ typedef struct {
 
 static const built_t usual = {FRAME_LINK_VERSION, SLOTS, 96, 8, 16};
 
+static uint32_t streaming = 1;
+
 static void expect_capabilities(const built_t *built)
 {
     expect_read("version", built->version);
@@ -46,6 +50,7 @@ static void expect_capabilities(const built_t *built)
     expect_read("alignment", built->alignment);
     expect_read("address", 0xc0a80132);
     expect_read("port", 0xabcd);
+    expect_read("streaming", streaming);
 }
 
 static void expect_stop(const built_t *built)
@@ -56,6 +61,11 @@ static void expect_stop(const built_t *built)
         expect_write("slot_control", slot | 1u << 9);
     }
     expect_write("send_control", 4);
+}
+
+static void expect_closing(void)
+{
+    expect_write("stream_control", 2);
 }
 
 static void expect_start(uint8_t produced)
@@ -75,6 +85,8 @@ static void set_up_built(const built_t *built, uint8_t produced)
     expect_stop(built);
     expect_read("send_status", 0);
     expect_read("send_status", 0);
+    expect_closing();
+    expect_read("stream_status", 0);
     expect_read("slot_status", 0);
     expect_start(produced);
     REQUIRE(frame_link_init(&link, mailbox) == STATUS_OK);
@@ -137,7 +149,7 @@ static void test_bad_arguments(void)
 static void test_init(void)
 {
     static const built_t wrong[] = {
-        {0, SLOTS, 96, 8, 16}, {0x0002, SLOTS, 96, 8, 16}, {0x0101, SLOTS, 96, 8, 16},
+        {0, SLOTS, 96, 8, 16}, {0x0001, SLOTS, 96, 8, 16}, {0x0102, SLOTS, 96, 8, 16},
         {FRAME_LINK_VERSION, 0, 96, 8, 16}, {FRAME_LINK_VERSION, 17, 96, 8, 16},
         {FRAME_LINK_VERSION, SLOTS, 0, 8, 16}, {FRAME_LINK_VERSION, SLOTS, 95, 8, 16},
         {FRAME_LINK_VERSION, SLOTS, 8224, 8, 16},
@@ -156,11 +168,13 @@ static void test_init(void)
         require_all_done();
     }
     for (size_t i = 0; i < sizeof(right) / sizeof(right[0]); i++) {
+        streaming = i == 1 ? 0 : 1;
         set_up_built(&right[i], (uint8_t)(i * 100));
         REQUIRE(link.capabilities.version == right[i].version && link.capabilities.slots == right[i].slots);
         REQUIRE(link.capabilities.max_chunks == right[i].max_chunks);
         REQUIRE(link.capabilities.mailbox_entries == right[i].entries);
         REQUIRE(link.capabilities.alignment == right[i].alignment);
+        REQUIRE(link.capabilities.streaming == (streaming != 0));
         REQUIRE(link.capabilities.address == 0xc0a80132 && link.capabilities.port == 0xabcd);
     }
 }
@@ -175,6 +189,10 @@ static void test_init_waits(void)
     expect_read("send_status", REPLYING);
     expect_read("send_status", REPLYING);
     expect_read("send_status", 0);
+    expect_closing();
+    expect_read("stream_status", STREAM_OPEN | STREAM_SENDING);
+    expect_read("stream_status", STREAM_SENDING);
+    expect_read("stream_status", 0);
     expect_read("slot_status", WRITING | 2u << 4);
     expect_read("slot_status", 0);
     expect_start(7);
@@ -197,18 +215,32 @@ static void test_init_gives_up(void)
     expect_stop(&usual);
     expect_patience("send_status", RUNNING);
     expect_read("send_status", 0);
+    expect_closing();
+    expect_read("stream_status", 0);
     REQUIRE(frame_link_init(&link, mailbox) == STATUS_TIMEOUT);
     require_all_done();
     expect_capabilities(&usual);
     expect_stop(&usual);
     expect_read("send_status", 0);
     expect_patience("send_status", REPLYING);
+    expect_closing();
+    expect_read("stream_status", 0);
     REQUIRE(frame_link_init(&link, mailbox) == STATUS_TIMEOUT);
     require_all_done();
     expect_capabilities(&usual);
     expect_stop(&usual);
     expect_read("send_status", 0);
     expect_read("send_status", 0);
+    expect_closing();
+    expect_patience("stream_status", STREAM_SENDING);
+    REQUIRE(frame_link_init(&link, mailbox) == STATUS_TIMEOUT);
+    require_all_done();
+    expect_capabilities(&usual);
+    expect_stop(&usual);
+    expect_read("send_status", 0);
+    expect_read("send_status", 0);
+    expect_closing();
+    expect_read("stream_status", 0);
     expect_patience("slot_status", WRITING);
     REQUIRE(frame_link_init(&link, mailbox) == STATUS_TIMEOUT);
     require_all_done();

@@ -9,6 +9,7 @@
 #define WITHOUT_FRAME_LINK
 
 #include "drivers/frame_link.c"
+#include "drivers/frame_link_stream.c"
 
 #include "mock_csr.h"
 #include "require.h"

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""The map of a frame from a device, in datagrams that come by themselves after a READ of many."""
+"""The map of a frame from a device, in datagrams that a READ of many asks for, or that come by themselves."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from collections import deque
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .. import payloads
 from ..errors import LinkTimeout, ProtocolError
@@ -43,20 +44,28 @@ class _Read:
     later:  int = 0
 
 
+#: Number of the STREAM that parts of a streamed frame's map answer, before all READs.
+_BY_THEMSELVES = -1
+
+
 class Download:
-    """A matched frame's map on its way, its parts in whatever order they come.
+    """A frame's map on its way, its parts in whatever order they come.
+
+    Parts of a streamed frame's map come by themselves (`live`), while it is matched; what is missing is asked for
+    once the last of them has come, or nothing does any more.
 
     `stalled` counts the times that parts failed to come; somebody has to look whether the device is still there.
     """
 
-    def __init__(self, route: Route, frame: Frame, progress: Progress | None) -> None:
+    def __init__(self, route: Route, frame: Frame, progress: Progress | None, live: bool = False) -> None:
         self._link      = route.link
         self._lulls     = route.lulls
         self._room      = max(1, min(route.channel.room, _MOST_PARTS))
         self._frame     = frame
         self._progress  = progress
         self._count     = -(-frame.map_bytes // CHUNK_BYTES)
-        self._wanted    = deque([(0, self._count)])
+        self._live      = live
+        self._wanted    = deque([] if live else [(0, self._count)])
         self._came      = np.zeros(self._count, bool)
         self._left      = self._count
         self._reads:      list[_Read] = []
@@ -77,8 +86,22 @@ class Download:
         """When what has not come until then counts as lost."""
         return self._heard_at + self._backoff*self._lulls.end_s(self._link.patience_s)
 
+    def listen(self, sequence: int) -> None:
+        """Takes parts that come by themselves after the STREAM of that sequence."""
+        self._numbers[sequence] = _BY_THEMSELVES
+        self._link.listen(MessageType.READ, sequence, self._frame.frame_id, self._take_live)
+
+    def settle(self) -> None:
+        """The frame has been matched, so the map is in the device's memory and may be asked for."""
+        self._heard_at = time.monotonic()
+
     def fill(self) -> None:
         """Sends the READs that the window allows, and again those that seem lost."""
+        if self._live:
+            if not self._came[-1] and time.monotonic() < self.late_at:
+                return
+            self._live = False
+            self._want(np.flatnonzero(~self._came))
         if self._reads and time.monotonic() >= self.late_at:
             self.stalled += 1
             self._backoff = min(2*self._backoff, 64)
@@ -117,6 +140,12 @@ class Download:
         self._reads.append(_Read(self._numbers[sequence], first, count))
         return count
 
+    def _take_live(self, reply: Message) -> None:
+        """Takes in a part of the map that has come by itself; a refused STREAM is not its business."""
+        if reply.type == MessageType.READ | REPLY:
+            self._frame.download_at = self._frame.download_at or time.monotonic()
+            self._take(reply)
+
     def _take(self, reply: Message) -> None:
         """Takes in a part of the map, or an ERROR reply."""
         if reply.type != MessageType.READ | REPLY:
@@ -130,8 +159,9 @@ class Download:
             raise ProtocolError(f"the device sent {len(reply.payload)} bytes of the map instead of {length}")
         number         = self._numbers[reply.sequence]
         self._heard_at = time.monotonic()
-        # After a stall only a part that was asked for before it tells how long the silence was.
-        if not self.stalled or number < self._renewed:
+        # After a stall only a part that was asked for before it tells how long the silence was. What comes by itself
+        # comes as fast as the images go.
+        if number != _BY_THEMSELVES and (not self.stalled or number < self._renewed):
             self._lulls.note(self._heard_at - self._part_at)
         self._part_at = self._heard_at
         if self._came[part]:
@@ -164,11 +194,15 @@ class Download:
     def _ask_again(self, reads: list[_Read]) -> None:
         """Puts what `reads` have not brought first among what is wanted."""
         for read in reversed(reads):
-            missing = np.flatnonzero(~self._came[read.first:read.first + read.count]) + read.first
+            self._want(np.flatnonzero(~self._came[read.first:read.first + read.count]) + read.first)
+        self._reads = [read for read in self._reads if read not in reads]
+
+    def _want(self, missing: NDArray[np.intp]) -> None:
+        """Puts parts that should have come first among what is wanted."""
+        if len(missing):
             for run in reversed(np.split(missing, np.flatnonzero(np.diff(missing) > 1) + 1)):
                 self._wanted.appendleft((int(run[0]), len(run)))
-            self._link.counters.parts_asked_again += len(missing)
-        self._reads = [read for read in self._reads if read not in reads]
+        self._link.counters.parts_asked_again += len(missing)
 
     def _refused(self, reply: Message) -> None:
         """Takes in that a READ was refused: it may stand in line too early, and is then asked for again."""

@@ -21,7 +21,11 @@ from .base import Pair, Result
 
 
 class Frame:
-    """The host's side of an open frame: size in pixels, times of its phases, the map as it comes."""
+    """The host's side of an open frame: size in pixels, times of its phases, the map as it comes.
+
+    The phases of a stored frame follow one another; `uploaded_at` stays 0, as the match begins then. Those of a
+    streamed one overlap.
+    """
 
     def __init__(self, frame_id: int, pair: Pair, settings: MatcherSettings) -> None:
         self.frame_id           = frame_id
@@ -29,6 +33,7 @@ class Frame:
         self.settings           = settings
         self.uploads:             list[Call] = []
         self.opened_at          = time.monotonic()
+        self.uploaded_at        = 0.0
         self.started_at         = 0.0
         self.matched_at         = 0.0
         self.download_at        = 0.0
@@ -51,6 +56,13 @@ class Frame:
         for base, image in zip((0, pitch), self._images, strict=True):
             for offset in range(0, len(image), CHUNK_BYTES):
                 yield base + offset, image[offset:offset + CHUNK_BYTES]
+
+    def pairs(self) -> memoryview:
+        """The pixels as a streamed frame has them: left and right alternating, raster order."""
+        both       = np.empty((self.width*self.height, 2), np.uint8)
+        both[:, 0] = np.frombuffer(self._images[0], np.uint8)
+        both[:, 1] = np.frombuffer(self._images[1], np.uint8)
+        return both.reshape(-1).data
 
     def reads(self) -> Iterator[tuple[int, int]]:
         """Offset in the download space and length in bytes of every part of the map."""
@@ -78,7 +90,7 @@ class Frame:
             settings         = self.settings,
             clocks           = status.clocks,
             first_row_clocks = status.first_row_clocks,
-            upload_s         = self.started_at - self.opened_at,
+            upload_s         = (self.uploaded_at or self.started_at) - self.opened_at,
             match_s          = self.matched_at - self.started_at,
             download_s       = self.downloaded_at - self.download_at,
         )

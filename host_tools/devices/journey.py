@@ -3,12 +3,14 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""One frame's way over a network: opened, uploaded, matched, downloaded, released, each step when it is time."""
+"""One frame's way over a network: what stored and streamed ones share, from the request for a slot to its release."""
 
 from __future__ import annotations
 
+import abc
 import time
 from collections.abc import Collection
+from typing import ClassVar
 
 from .. import payloads
 from ..call import Call
@@ -20,10 +22,9 @@ from .base import Progress, Result
 from .download import Download
 from .frame import Frame
 from .route import Route
-from .upload import Upload
 
 #: The wait between two questions for the status in seconds: it grows from the first to the second.
-_MIN_POLL_S = 0.0005
+MIN_POLL_S = 0.0005
 _MAX_POLL_S = 0.05
 
 #: Longest match in seconds, behind two others; a slow simulation of the largest frame takes a few.
@@ -33,14 +34,17 @@ _MATCH_LIMIT_S = 360.0
 _OPEN_TRIES = 8
 
 
-class Journey:
+class Journey(abc.ABC):
     """A frame under way; replies move it on, and `step` sends what is to be sent.
 
     Parameters
     ----------
     former
-        Frames that were released before: a late copy of their OPEN may have opened them again.
+        Frames that were released before: a late copy of the request that opened them may have done it again.
     """
+
+    #: The request that takes a slot.
+    OPENING: ClassVar[MessageType]
 
     def __init__(self, route: Route, frame: Frame, former: Collection[int], progress: Progress | None) -> None:
         self.frame     = frame
@@ -49,34 +53,39 @@ class Journey:
         self._link     = route.link
         self._former   = former
         self._progress = progress
-        self._upload:   Upload | None      = None
         self._download: Download | None    = None
         self._status:   FrameStatus | None = None
         self._call:     Call | None        = None
         self._opens    = 0
-        self._started  = False
+        self._first    = False
+        self._asking   = False
         self._matched  = False
-        self._poll_s   = _MIN_POLL_S
+        self._poll_s   = MIN_POLL_S
         self._poll_at  = 0.0
         self._looks    = 0
         self._open()
 
     @property
+    @abc.abstractmethod
     def sent(self) -> bool:
-        """Whether all chunks have been sent, so that the next frame may be."""
-        return self._upload is not None and self._upload.sent
+        """Whether the next frame may be sent."""
+
+    @property
+    @abc.abstractmethod
+    def uploaded(self) -> bool:
+        """Whether the device has all pixels."""
 
     @property
     def arrived(self) -> bool:
         """Whether all of the map is here."""
-        return self._download is not None and self._download.done
+        return self._matched and self._download is not None and self._download.done
 
     @property
     def wake_at(self) -> float:
-        """When there is something to do for the first frame under way if nothing comes."""
-        if self._download is not None:
+        """When there is something to do, after a step, if nothing comes."""
+        if self._first and self._matched and self._download is not None:
             return self._download.late_at
-        return self._poll_at if self._started and not self._matched and self._call is None else float("inf")
+        return self._poll_at if self._asking and self._call is None else float("inf")
 
     def result(self) -> Result:
         """The frame's result, once the map is here."""
@@ -84,21 +93,33 @@ class Journey:
             raise DeviceError(f"frame {self.frame.frame_id} has not been matched")
         return self.frame.result(self._status)
 
-    def step(self, first: bool) -> None:
-        """Sends what is to be sent; only the `first` frame under way is asked for its map."""
-        if self._upload is not None and not self._started:
-            self._upload.fill()
-            if self._upload.done and self._call is None:
-                self._start()
-        if first and self._started and not self._matched and self._call is None and time.monotonic() >= self._poll_at:
-            self._ask_status()
-        if first and self._matched and self._download is None:
-            self.frame.download_at = time.monotonic()
-            self._download = Download(self._route, self.frame, self._progress)
-        if self._download is not None and not self.released:
-            self._fetch(self._download)
+    def step(self, first: bool, due: bool) -> None:
+        """Sends what is to be sent.
 
-    def _fetch(self, download: Download) -> None:
+        Only the `first` frame under way is asked for its map. A frame is `due` when the device has all pixels of
+        those before it.
+        """
+        self._first = first
+        self._send()
+        self._asking = not self._matched and self._is_worth_asking(due)
+        if self._asking and self._call is None and time.monotonic() >= self._poll_at:
+            self._ask_status()
+        if first and self._matched:
+            self._fetch()
+
+    @abc.abstractmethod
+    def _send(self) -> None:
+        """Sends what the window allows of the pixels, and what has to follow them."""
+
+    @abc.abstractmethod
+    def _is_worth_asking(self, due: bool) -> bool:
+        """Whether the frame's status may have changed."""
+
+    def _fetch(self) -> None:
+        download = self._download
+        if download is None:
+            download = self._download = Download(self._route, self.frame, self._progress)
+            self.frame.download_at = time.monotonic()
         if not download.done:
             download.fill()
             # When no map comes, a question that is answered tells whether there still is a session.
@@ -114,31 +135,26 @@ class Journey:
     def _open(self) -> None:
         self._opens += 1
         size = payloads.pack_size(self.frame.width, self.frame.height)
-        self._call = self._link.submit(MessageType.OPEN, size, self.frame.frame_id, on_reply=self._on_opened,
+        self._call = self._link.submit(self.OPENING, size, self.frame.frame_id, on_reply=self._on_opened,
                                        accepts=[ErrorCode.NO_SLOT])
 
     def _on_opened(self, reply: Message) -> None:
         if reply.type == MessageType.ERROR:
             if self._opens >= _OPEN_TRIES:
                 raise refusal(reply)
-            for frame_id in self._former:
-                self._link.submit(MessageType.RELEASE, frame_id=frame_id, urgent=True)
+            self._release_former()
             self._open()
             return
-        self._call   = None
-        _, pitch     = payloads.unpack_opened(reply.payload)
-        self._upload = Upload(self._route, self.frame, pitch, self._progress)
+        self._call = None
+        self._begin(reply)
 
-    def _start(self) -> None:
-        self._call = self._link.submit(MessageType.START, frame_id=self.frame.frame_id, urgent=True,
-                                       on_reply=self._on_started)
-        self.frame.started_at = time.monotonic()
+    def _release_former(self) -> None:
+        for frame_id in self._former:
+            self._link.submit(MessageType.RELEASE, frame_id=frame_id, urgent=True)
 
-    def _on_started(self, _: Message) -> None:
-        self._call    = None
-        self._started = True
-        if self._progress is not None:
-            self._progress("match", 0, 1)
+    @abc.abstractmethod
+    def _begin(self, reply: Message) -> None:
+        """The frame has a slot."""
 
     def _ask_status(self) -> None:
         self._call = self._link.submit(MessageType.STATUS, frame_id=self.frame.frame_id, urgent=True,
@@ -146,23 +162,34 @@ class Journey:
 
     def _on_status(self, reply: Message) -> None:
         self._call = None
-        now        = time.monotonic()
-        status     = FrameStatus.unpack(reply.payload)
+        self._take_status(FrameStatus.unpack(reply.payload))
+        self._poll_at = time.monotonic() + self._poll_s
+        self._poll_s  = min(1.5*self._poll_s, _MAX_POLL_S)
+
+    def _take_status(self, status: FrameStatus) -> None:
+        now = time.monotonic()
         if status.state == FrameState.FAILED:
-            raise failed_frame(self.frame.frame_id, status.error)
-        if status.state not in (FrameState.READY, FrameState.MATCHING, FrameState.DONE):
+            self._fail(status)
+        elif status.state not in (FrameState.READY, FrameState.MATCHING, FrameState.DONE):
             raise DeviceError(f"the device lost frame {self.frame.frame_id} (state {status.state}): connect again")
-        if status.state == FrameState.DONE and not self._matched:
+        elif status.state == FrameState.DONE and not self._matched:
             self._matched = True
             self._status  = status
             self.frame.matched_at = now
             if self._progress is not None:
                 self._progress("match", 1, 1)
-        elif now - self.frame.started_at > _MATCH_LIMIT_S:
+            self._on_matched()
+        elif status.state != FrameState.DONE and now - self.frame.started_at > _MATCH_LIMIT_S:
             raise LinkTimeout(f"the device has not matched frame {self.frame.frame_id} within {_MATCH_LIMIT_S:g} s: "
                               "restart it")
-        self._poll_at = now + self._poll_s
-        self._poll_s  = min(1.5*self._poll_s, _MAX_POLL_S)
+
+    @abc.abstractmethod
+    def _on_matched(self) -> None:
+        """The map is in the device's memory."""
+
+    def _fail(self, status: FrameStatus) -> None:
+        """The device could not match the frame."""
+        raise failed_frame(self.frame.frame_id, status.error)
 
     def _on_released(self, _: Message) -> None:
         self._call    = None
@@ -172,7 +199,5 @@ class Journey:
         """Asks for nothing any more."""
         if self._call is not None:
             self._link.drop(self._call)
-        if self._upload is not None:
-            self._upload.forget()
         if self._download is not None:
             self._download.forget()

@@ -14,6 +14,8 @@ from .base import Progress, Result
 from .frame import Frame
 from .journey import Journey
 from .route import Route
+from .stored import StoredJourney
+from .streamed import StreamedJourney
 
 #: One frame is sent, one matched and one fetched, and while they change places one is between two of these.
 _MOST_FRAMES = 4
@@ -31,14 +33,18 @@ class Pipeline:
         Frames that can be open in the device at once.
     former
         Numbers of the last frames that were released, to which those of this stream are added.
+    streamed
+        Whether frames are matched as their pixels come.
     """
 
-    def __init__(self, route: Route, slots: int, former: deque[int], progress: Progress | None) -> None:
+    def __init__(self, route: Route, slots: int, former: deque[int], progress: Progress | None,
+                 streamed: bool) -> None:
         self._route     = route
         self._link      = route.link
         self._depth     = max(1, min(slots, _MOST_FRAMES))
         self._former    = former
         self._progress  = progress
+        self._kind      = StreamedJourney if streamed else StoredJourney
         self._journeys: deque[Journey] = deque()
         self._leaving:  list[Journey] = []
 
@@ -61,19 +67,22 @@ class Pipeline:
 
     def add(self, frame: Frame) -> None:
         """Sets a frame on its way."""
-        self._journeys.append(Journey(self._route, frame, self._former, self._progress))
+        self._journeys.append(self._kind(self._route, frame, self._former, self._progress))
 
     def step(self) -> Result | None:
         """Does what is to be done, and waits for the network; returns the result of the first frame if it is here."""
-        for journey in (*self._journeys, *self._leaving):
-            journey.step(journey is self._journeys[0])
         first = self._journeys[0]
+        due   = True
+        for journey in (*self._journeys, *self._leaving):
+            journey.step(journey is first, due)
+            due = due and journey.uploaded
         if first.arrived:
             self._leaving.append(self._journeys.popleft())
-            first.step(True)
+            first.step(True, True)
             self._link.flush()
             return first.result()
-        self._link.pump(max(0.0, min(_LOOK_S, first.wake_at - time.monotonic())))
+        wake_at = min(journey.wake_at for journey in self._journeys)
+        self._link.pump(max(0.0, min(_LOOK_S, wake_at - time.monotonic())))
         self._leave()
         return None
 

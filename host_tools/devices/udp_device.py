@@ -13,7 +13,8 @@ from collections.abc import Callable, Iterable, Iterator
 
 from .. import payloads
 from ..call import LinkSettings
-from ..errors import DeviceError
+from ..errors import DeviceError, UnsupportedError
+from ..features import Feature
 from ..protocol import MessageType
 from ..settings import MatcherSettings
 from ..udp_channel import UdpChannel
@@ -28,11 +29,20 @@ _FORMER_FRAMES = 32
 
 
 class UdpDevice(RemoteDevice):
-    """A device behind datagrams; see `RemoteDevice`."""
+    """A device behind datagrams; see `RemoteDevice`.
+
+    `streamed` says whether the frames of the next stream are matched as their pixels come, past the device's memory.
+    Raises UnsupportedError if the device cannot do that.
+    """
 
     def __init__(self, url: str, channel: UdpChannel, settings: LinkSettings | None = None,
-                 on_close: Callable[[], None] | None = None) -> None:
+                 on_close: Callable[[], None] | None = None, *, streamed: bool = False) -> None:
         super().__init__(url, channel, settings, on_close)
+        if streamed and not self._info.features & Feature.STREAMING:
+            self.close()
+            raise UnsupportedError(f"{self._info.name} was built without streaming: leave mode=streamed out, or use a "
+                                   "device that has it, see `litestereo info`")
+        self.streamed    = streamed
         self._frame_ids  = itertools.count(1)
         self._route      = Route(self._link, channel)
         self._former     = deque[int](maxlen=_FORMER_FRAMES)
@@ -51,7 +61,7 @@ class UdpDevice(RemoteDevice):
         released.
         """
         settings = settings or self._info.default_settings()
-        pipeline = Pipeline(self._route, self._info.slots, self._former, progress)
+        pipeline = Pipeline(self._route, self._info.slots, self._former, progress, self.streamed)
         self._pipelines.append(pipeline)
         try:
             with self._guarded():

@@ -191,7 +191,7 @@ def test_sim_device_is_started_with_its_options_and_stopped(monkeypatch):
             connect("sim:?ram=sdram&slots=3&link=serial")
     assert started[0][:2] == ("sdram", 3)
     assert started[0][2].closed
-    with pytest.raises(UrlError, match="unknown option, the options are link, ram, slots"):
+    with pytest.raises(UrlError, match="unknown option, the options are link, mode, ram, slots"):
         connect("sim:?speed=9")
     with pytest.raises(UrlError, match="link is udp or serial, not 'ipx'"):
         connect("sim:?link=ipx")

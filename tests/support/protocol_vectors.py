@@ -52,12 +52,15 @@ def _types() -> Iterator[tuple[str, Message]]:
         (MessageType.STATISTICS, 0, 0,    b"",                            payloads.pack_counters(counters)),
         (MessageType.BYE,        0, 0,    b"",                            b""),
         (MessageType.MISSING,    7, 0,    b"",                            bytes(range(11))),
+        (MessageType.STREAM,     8, 0,    payloads.pack_size(247, 166),   payloads.pack_opened(1, 0)),
+        (MessageType.PAIRS,      8, 3072, bytes(range(256)) * 4,          None),
     ]
     for sequence, (kind, frame_id, offset, payload, answer) in enumerate(exchanges, start=1):
         session = 0 if kind == MessageType.HELLO else SESSION
         request = Message(kind, session, sequence, frame_id, offset, payload)
         yield f"{kind.name.lower()}_request", request
-        yield f"{kind.name.lower()}_reply", request.reply(answer)
+        if answer is not None:
+            yield f"{kind.name.lower()}_reply", request.reply(answer)
     for code in ErrorCode:
         payload = payloads.pack_error(code, MessageType.START, 0x100 + code)
         yield f"error_{code.name.lower()}", Message(MessageType.ERROR, SESSION, 100 + code, 7, 0, payload)

@@ -19,7 +19,7 @@
 #include "litestereo/status.h"
 
 /** Version of the registers that this driver knows, major x 256 + minor. */
-#define FRAME_LINK_VERSION 0x0001u
+#define FRAME_LINK_VERSION 0x0002u
 
 /** Largest alignment of bases that this firmware lays memory out for, in bytes. */
 #define FRAME_LINK_MAX_ALIGNMENT 64u
@@ -42,6 +42,7 @@ typedef struct {
     uint16_t alignment;        /**< Bytes, a power of two: of base addresses. */
     uint32_t address;          /**< The device's IPv4 address, 192.168.1.50 is 0xc0a80132. */
     uint16_t port;             /**< The device's UDP port. */
+    bool     streaming;        /**< There is a way from datagrams to the matcher, and back, past memory. */
 } frame_link_capabilities_t;
 
 /** A message in the mailbox. */
@@ -124,6 +125,25 @@ bool frame_link_run_busy(const frame_link_t *link);
 
 /** Gives a run up and waits until its payload is not in use any more. */
 status_t frame_link_abort_run(frame_link_t *link);
+
+/** Takes the pixel pairs of a frame, in order, for the matcher, and sends its map as it comes out of it.
+ *
+ * The parts of the map go to the peer and with the token of the session, and carry `sequence`. To be opened before the
+ * matcher starts.
+ * STATUS_BAD_ARGUMENT no pixel
+ * STATUS_UNSUPPORTED  there is no way past memory
+ * STATUS_BUSY         the one before lacks pairs, or parts of its map have not left yet
+ */
+status_t frame_link_open_stream(frame_link_t *link, uint32_t frame_id, uint32_t pixels, uint32_t sequence);
+
+/** Whether pairs are missing, or parts of the map have not left. */
+bool frame_link_stream_busy(const frame_link_t *link);
+
+/** Offset in bytes of the pairs that come next, or PROTOCOL_NO_OFFSET if all are in. */
+uint32_t frame_link_stream_wanted(const frame_link_t *link);
+
+/** Takes no more pairs, and sends no more of the map once this returns STATUS_OK; after the matcher was stopped. */
+status_t frame_link_close_stream(frame_link_t *link);
 
 /** Reads all counters. */
 void frame_link_count(const frame_link_t *link, frame_link_counters_t *counters);

@@ -10,7 +10,7 @@
  *
  * Any state but MATCHING goes back to EMPTY by a release; a match has to be stopped first. The memory of a slot
  * holds left image, right image and map at 0, pitch and 2 x pitch, where pitch is width x height rounded up to
- * whole chunks.
+ * whole chunks. Of a streamed frame, which is READY at once, only the map is there.
  */
 
 #ifndef LITESTEREO_FRAME_POOL_H
@@ -71,6 +71,8 @@ typedef struct {
     uint32_t         pitch;     /**< Bytes from one image to the next. */
     uint32_t         missing;   /**< Chunks still missing. */
     uint32_t         order;     /**< Place in the line for the matcher, modulo 2**32. */
+    bool             streamed;  /**< Its pixels never stand in memory: they come while it is matched. */
+    uint32_t         sequence;  /**< Of a streamed frame: what the parts of its map that come by themselves carry. */
     frame_result_t   result;    /**< Valid once DONE or FAILED. */
     uint32_t         received[2 * FRAME_MAX_PIXELS / PROTOCOL_CHUNK_SIZE / 32];  /**< One bit per chunk. */
 } frame_t;
@@ -119,6 +121,9 @@ void frame_note(frame_t *frame, uint32_t word, uint32_t arrived);
 
 /** Declares all chunks received, by an owner that wrote both images in place. */
 status_t frame_fill(frame_t *frame);
+
+/** LOADING -> READY, at the end of the line, of a frame that is streamed; see frame_stream.h. */
+status_t frame_pool_stream(frame_pool_t *pool, frame_t *frame, uint32_t sequence);
 
 /** Offset of the first chunk missing, or PROTOCOL_NO_OFFSET. */
 uint32_t frame_first_missing(const frame_t *frame);

@@ -13,6 +13,7 @@
 
 #include "litestereo/counters.h"
 #include "litestereo/frame_pool.h"
+#include "litestereo/frame_stream.h"
 #include "litestereo/stereo.h"
 
 /** The way between pool and accelerator. */
@@ -20,6 +21,10 @@ typedef struct {
     stereo_t     *stereo;    /**< The accelerator. */
     frame_pool_t *pool;      /**< Where frames wait. */
     counters_t   *counters;  /**< What is counted. */
+    const frame_stream_t *stream;  /**< The way of streamed frames; null if there is none. */
+    uint32_t      wanted;    /**< Of the streamed frame that is MATCHING: the pairs that were wanted at the last look. */
+    bool          held;      /**< A streamed frame is held up by the one before, whose map has not left. */
+    uint64_t      held_at;   /**< Clock since when. */
 } matcher_t;
 
 /** The accelerator's job for a frame. */

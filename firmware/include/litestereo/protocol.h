@@ -26,6 +26,12 @@
 /* Seconds of silence after which a session may be taken over. */
 #define PROTOCOL_SILENCE_S 5u
 
+/* Seconds that a streamed frame waits for its next pairs before it fails. */
+#define PROTOCOL_PAIRS_S 5u
+
+/* Bit of the capabilities' features: frames may be streamed. The others are the matcher's. */
+#define PROTOCOL_FEATURE_STREAMING (1u << 8)
+
 #define PROTOCOL_CAPABILITIES_SIZE 52u
 #define PROTOCOL_NAME_OFFSET       36u
 #define PROTOCOL_NAME_SIZE         16u
@@ -58,6 +64,8 @@ enum protocol_type {
     TYPE_STATISTICS = 0x09,
     TYPE_BYE        = 0x0a,
     TYPE_MISSING    = 0x0b,
+    TYPE_STREAM     = 0x0c,
+    TYPE_PAIRS      = 0x0d,
     TYPE_ERROR      = 0xff,
 };
 

@@ -14,8 +14,12 @@
 
 #include "litestereo/counters.h"
 #include "litestereo/frame_pool.h"
+#include "litestereo/frame_stream.h"
 #include "litestereo/message.h"
 #include "litestereo/peer.h"
+
+/** Streamed frames that have left and are remembered, so that a late copy of their STREAM begins nothing. */
+#define SESSION_STREAMS 16u
 
 /** What the device tells of itself in hello; the fields are those of the protocol's capabilities. */
 typedef struct {
@@ -37,6 +41,7 @@ typedef void (*session_stop_t)(void *context, frame_t *frame);
 typedef struct {
     void      *context;     /**< First argument of the functions. */
     uint32_t   max_pixels;  /**< Most pixels of a frame that it takes. */
+    const frame_stream_t *stream;  /**< The way of streamed frames; null if there is none. */
     /** Takes chunks of nobody but that peer and token from now on; of nobody at all if the token is 0. */
     void     (*begin)(void *context, uint32_t token, const peer_t *peer);
     /** Takes chunks of a frame, which none has come of. */
@@ -70,6 +75,8 @@ typedef struct {
     uint32_t             nonce;          /**< Nonce of the hello. */
     uint32_t             random;         /**< State that tokens are drawn from; never 0. */
     stereo_settings_t    settings;       /**< Of the frames opened next, but for their size. */
+    uint32_t             streams[SESSION_STREAMS];  /**< Sequences of the STREAMs of the last frames that have left. */
+    uint32_t             streams_left;   /**< Number of such frames, modulo 2**32. */
 } session_t;
 
 /** Prepares a server without a session. */

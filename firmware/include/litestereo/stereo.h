@@ -36,6 +36,7 @@ typedef struct {
     const uint8_t    *right;     /**< width x height bytes, aligned. */
     uint8_t          *map;       /**< width x height int16, aligned. */
     stereo_settings_t settings;  /**< Size, and what to match with. */
+    bool              streamed;  /**< The pixels come past memory: left and right are not read, but aligned. */
 } stereo_job_t;
 
 /** Error codes of the status register. */
@@ -57,8 +58,8 @@ typedef struct {
 typedef struct {
     stereo_capabilities_t capabilities;  /**< Read once by stereo_init. */
     bool                  busy;          /**< A job was submitted and its end not seen yet. */
-    uint64_t              started;       /**< Clock when it was submitted. */
-    uint64_t              budget;        /**< Clocks that it may take. */
+    uint64_t              started;       /**< Clock when it was submitted, or given more time. */
+    uint64_t              budget;        /**< Clocks that it may take from then on. */
     volatile bool         event;         /**< Set by the interrupt: something ended. */
     volatile uint32_t     interrupts;    /**< Done and error interrupts taken. */
     uint32_t              timeouts;      /**< Jobs stopped by the watchdog. */
@@ -75,6 +76,12 @@ stereo_field_t stereo_check(const stereo_t *stereo, const stereo_job_t *job);
 
 /** Starts a job at time `clock`: STATUS_BAD_ARGUMENT if stereo_check minds, STATUS_BUSY while another runs. */
 status_t stereo_submit(stereo_t *stereo, const stereo_job_t *job, uint64_t clock);
+
+/** Clocks that a job of that size may take, once nothing but memory can hold it up. */
+uint64_t stereo_budget(const stereo_settings_t *settings);
+
+/** Gives the job that runs `budget` clocks from the time `clock` on, whatever it has taken until then. */
+void stereo_allow(stereo_t *stereo, uint64_t clock, uint64_t budget);
 
 /** Asks for the end of the job that was submitted; to be called often, as it costs next to nothing.
  *
