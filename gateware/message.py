@@ -5,12 +5,9 @@
 
 """Messages of the link as gateware sees them: numbers and layouts. docs/protocol.md says what they mean."""
 
-from migen import C
-
 from litex.soc.interconnect.stream import EndpointDescription
 
 from liteeth.common  import eth_udp_user_description
-from liteeth.mac.crc import LiteEthMACCRC32
 
 MAGIC   = 0x534c # "LS".
 VERSION = 1
@@ -51,10 +48,3 @@ def job_layout():
         ("base",     32), # Byte address of the payload.
         ("length",   32), # Bytes of payload.
     ]
-
-def message_crc():
-    """CRC-32 of words; `be` has to mark the last byte that counts, in the last word."""
-    crc = LiteEthMACCRC32(32)
-    # LiteEth gives it a reset value that its four bits cannot hold.
-    crc.be.reset = C(0b1000, 4)
-    return crc

@@ -9,8 +9,9 @@ from litex.gen import *
 
 from litex.soc.interconnect import stream
 
-from .common  import *
-from .message import *
+from .common      import *
+from .message     import *
+from .message_crc import MessageCRC
 
 # Message Buffer -----------------------------------------------------------------------------------
 
@@ -61,7 +62,7 @@ class MessageBuffer(LiteXModule):
         sound     = Signal(reset=1) # Nothing wrong so far.
         magic     = Signal()
         message   = Signal()
-        self.crc = crc = message_crc()
+        self.crc = crc = MessageCRC()
         self.comb += [
             crc.data.eq(sink.data),
             Case(sink.last_be, {

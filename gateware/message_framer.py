@@ -9,8 +9,9 @@ from litex.gen import *
 
 from litex.soc.interconnect import stream
 
-from .common  import *
-from .message import *
+from .common      import *
+from .message     import *
+from .message_crc import MessageCRC
 
 # Message Framer -----------------------------------------------------------------------------------
 
@@ -60,7 +61,7 @@ class MessageFramer(LiteXModule):
         tail    = Signal(3) # Bytes in the last word of the payload, or of the header if there is none.
         summed  = Signal(32)
         advance = Signal()  # A word has been put in the sum.
-        self.crc = crc = message_crc()
+        self.crc = crc = MessageCRC()
         self.comb += [
             Case(sink.length[:2], {
                 1:         [tail.eq(1), crc.be.eq(1)],

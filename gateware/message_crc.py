@@ -1,0 +1,44 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+from migen import *
+
+from litex.gen import *
+
+from liteeth.mac.crc import LiteEthMACCRC32, LiteEthMACCRCEngine
+
+# Message CRC --------------------------------------------------------------------------------------
+
+@ResetInserter()
+@CEInserter()
+class MessageCRC(LiteXModule):
+    """CRC-32 of words of 32 bits, of which the last may count in part.
+
+    As `LiteEthMACCRC32`, but byte behind byte instead of an engine for each number of bytes: half the size, and fast enough for
+    the system's clock.
+    """
+    def __init__(self):
+        self.data  = Signal(32)                  # Word, the first byte in the low bits.
+        self.be    = Signal(4, reset=0b1000)     # Mark of the last byte that counts.
+        self.value = Signal(32)                  # CRC with this word.
+        self.error = Signal()                    # What has come does not end in its own CRC.
+
+        # # #
+
+        state = Signal(32, reset=LiteEthMACCRC32.init)
+        crc   = state
+        for n in range(4):
+            engine = LiteEthMACCRCEngine(8, LiteEthMACCRC32.width, LiteEthMACCRC32.polynom)
+            self.add_module(name=f"engine{n}", module=engine)
+            self.comb += [
+                engine.data.eq(self.data[8*n:8*(n + 1)]),
+                engine.crc_prev.eq(crc),
+                If(self.be[n],
+                    self.value.eq(engine.crc_next[::-1] ^ LiteEthMACCRC32.init),
+                    self.error.eq(engine.crc_next != LiteEthMACCRC32.check)
+                ),
+            ]
+            crc = engine.crc_next
+        self.sync += state.eq(crc)
