@@ -15,7 +15,7 @@
 #define BYTES_MAX (1u << 20)  /* Pairs of a frame, and its map. */
 
 /* Parts that go out while time passes once. */
-#define BURST 8
+#define BURST 2
 
 fake_stream_staged_t fake_stream_staged;
 

@@ -8,6 +8,7 @@
 
 #include <string.h>
 
+#include "generated/csr.h"
 #include "litestereo/bytes.h"
 #include "litestereo/crc32.h"
 #include "litestereo/message.h"
@@ -30,6 +31,11 @@ const uint8_t *fuzz_chunk(uint32_t frame_id, uint32_t offset)
     return noise + (frame_id * 9973u + offset / PROTOCOL_CHUNK_SIZE * 1013u) % NOISE;
 }
 
+static bool has_pixels(uint8_t type)
+{
+    return type == TYPE_UPLOAD || type == TYPE_PAIRS;
+}
+
 static bool one_in(unsigned *random, unsigned number)
 {
     return next_random(random) % number == 0;
@@ -41,6 +47,23 @@ static uint32_t odd_number(unsigned *random)
     static const uint32_t borders[] = {0, 1, 1023, 1024, 1025, 2048, 0x7fffffff, 0x80000000, 0xfffffc00, 0xffffffff};
 
     return one_in(random, 2) ? borders[next_random(random) % 10] : next_random(random) >> next_random(random) % 32;
+}
+
+/* Pairs of the frame that is being matched, most often the next ones. */
+static void fill_pairs(unsigned *random, const session_t *session, message_t *message)
+{
+    const frame_t *frame = frame_pool_matching(session->pool);
+
+    message->offset = one_in(random, 4) ? next_random(random) % 10 * PROTOCOL_CHUNK_SIZE
+                                        : frame_link_stream_offset_read();
+    message->length = PROTOCOL_CHUNK_SIZE;
+    if (frame != NULL && !one_in(random, 16)) {
+        uint32_t size = frame_map_size(frame);
+        uint32_t rest = message->offset < size ? size - message->offset : PROTOCOL_CHUNK_SIZE;
+
+        message->frame_id = frame->id;
+        message->length   = rest < PROTOCOL_CHUNK_SIZE ? rest : PROTOCOL_CHUNK_SIZE;
+    }
 }
 
 /* Fills in what a request of its type asks for; returns its payload in `payload` and the length in the message. */
@@ -61,6 +84,11 @@ static void fill_request(unsigned *random, const session_t *session, message_t *
             put_u32(payload + at + 4, one_in(random, 4) ? odd_number(random) : 16);
         }
         break;
+    case TYPE_STREAM:
+        if (one_in(random, 8)) {
+            message->sequence = session->streams[next_random(random) % SESSION_STREAMS];
+        }
+        /* fall through */
     case TYPE_OPEN:
         put_u16(payload, (uint16_t)(one_in(random, 64) ? odd_number(random) : 70 + next_random(random) % 20));
         put_u16(payload + 2, (uint16_t)(one_in(random, 64) ? odd_number(random) : 8 + next_random(random) % 40));
@@ -72,6 +100,9 @@ static void fill_request(unsigned *random, const session_t *session, message_t *
             message->offset %= 2 * frame->pitch;
         }
         message->length = frame != NULL ? frame_chunk_length(frame, message->offset) : PROTOCOL_CHUNK_SIZE;
+        break;
+    case TYPE_PAIRS:
+        fill_pairs(random, session, message);
         break;
     case TYPE_READ:
         message->offset = next_random(random) % 6 * PROTOCOL_CHUNK_SIZE;
@@ -86,10 +117,11 @@ static void fill_request(unsigned *random, const session_t *session, message_t *
 
 static const uint8_t common[] = {
     TYPE_OPEN, TYPE_UPLOAD, TYPE_UPLOAD, TYPE_UPLOAD, TYPE_UPLOAD, TYPE_UPLOAD, TYPE_UPLOAD, TYPE_UPLOAD, TYPE_START,
-    TYPE_START, TYPE_STATUS, TYPE_MISSING, TYPE_READ, TYPE_READ, TYPE_READ,
+    TYPE_START, TYPE_STATUS, TYPE_MISSING, TYPE_READ, TYPE_READ, TYPE_READ, TYPE_STREAM, TYPE_PAIRS, TYPE_PAIRS,
+    TYPE_PAIRS, TYPE_PAIRS, TYPE_PAIRS,
 };
 static const uint8_t rare[]   = {TYPE_RELEASE, TYPE_RELEASE, TYPE_RELEASE, TYPE_CONFIGURE};
-static const uint8_t rarest[] = {TYPE_HELLO, TYPE_BYE, TYPE_STATISTICS, 0x0c, 0x81, TYPE_UPLOAD | PROTOCOL_REPLY_BIT};
+static const uint8_t rarest[] = {TYPE_HELLO, TYPE_BYE, TYPE_STATISTICS, 0x0e, 0x81, TYPE_UPLOAD | PROTOCOL_REPLY_BIT};
 
 static uint8_t choose_type(unsigned *random, const session_t *session)
 {
@@ -118,7 +150,7 @@ static void make_request(unsigned *random, const session_t *session, fuzz_datagr
     if (one_in(random, 64)) {
         message.offset = odd_number(random);
     }
-    if (message.type == TYPE_UPLOAD) {
+    if (has_pixels(message.type)) {
         message.payload = fuzz_chunk(message.frame_id, message.offset);
     } else if (one_in(random, 64)) {
         memcpy(payload, noise, sizeof(payload));
@@ -139,7 +171,7 @@ static void seal(fuzz_datagram_t *datagram)
     length = (uint32_t)(datagram->length - PROTOCOL_MESSAGE_MIN);
     put_u16(bytes + HEADER_MAGIC, PROTOCOL_MAGIC);
     put_u32(bytes + HEADER_LENGTH, length);
-    if (bytes[HEADER_TYPE] == TYPE_UPLOAD) {
+    if (has_pixels(bytes[HEADER_TYPE])) {
         memcpy(bytes + PROTOCOL_HEADER_SIZE,
             fuzz_chunk(get_u32(bytes + HEADER_FRAME_ID), get_u32(bytes + HEADER_OFFSET)), length);
     }

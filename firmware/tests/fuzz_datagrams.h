@@ -31,7 +31,7 @@ typedef struct {
 /** Makes the noise that chunks are cut from. */
 void fuzz_prepare(unsigned *random);
 
-/** What every chunk of that frame and offset holds, PROTOCOL_CHUNK_SIZE bytes: a misplaced one is seen. */
+/** What every chunk of that frame and offset holds, of images or of pairs, PROTOCOL_CHUNK_SIZE bytes: a misplaced one is seen. */
 const uint8_t *fuzz_chunk(uint32_t frame_id, uint32_t offset);
 
 /** Makes the next datagram, often one that does the session some good. */

@@ -8,8 +8,8 @@
  *
  *   fuzz_udp [seed] [count]
  *
- * Around every slot and the mailbox lies memory that nobody may touch. Every image of a frame that has started, and
- * every part of a map that goes out, is compared with what it has to be. */
+ * Around every slot and the mailbox lies memory that nobody may touch. Every image of a frame that has started, all
+ * pairs of one that is streamed, and every part of a map that goes out are compared with what they have to be. */
 
 #define _DEFAULT_SOURCE
 
@@ -18,6 +18,7 @@
 #include <time.h>
 
 #include "fake_frame_link.h"
+#include "fake_stream.h"
 #include "fuzz_datagrams.h"
 #include "link/udp_link.h"
 #include "litestereo/bytes.h"
@@ -53,6 +54,8 @@ static struct {
 } known[FRAME_POOL_SLOTS];
 
 static uint32_t parts;                     /* Parts of maps that went out. */
+static uint32_t live;                      /* Those of them that went by themselves. */
+static uint32_t streamed;                  /* Streamed frames that were matched. */
 static uint32_t errors[ERROR_BUSY + 1];    /* Refusals by code. */
 
 uint64_t clock_now(void)
@@ -112,7 +115,7 @@ static void check_frames(bool again)
 
         if (frame->state <= FRAME_LOADING) {
             known[slot].checked = false;
-        } else if (again || !known[slot].checked) {
+        } else if (!frame->streamed && (again || !known[slot].checked)) {
             check_images(frame);
             known[slot].checked = true;
         }
@@ -135,35 +138,69 @@ static bool take_reply(const peer_t *peer, const uint8_t *bytes, size_t length)
         REQUIRE(message.session == session.token && message.offset + message.length <= frame_map_size(frame));
         REQUIRE(memcmp(message.payload, known[frame->slot].map + message.offset, message.length) == 0);
         parts++;
+        live += frame->streamed && message.sequence == frame->sequence;
     }
     return true;
+}
+
+/* The matcher, as slow and unsteady as they come. */
+
+static void fail(frame_t *frame, enum protocol_error error)
+{
+    if (frame->streamed) {
+        (void)udp.stream.close(udp.stream.context);
+    }
+    frame_finish(frame, &(frame_result_t){.error = (uint16_t)error});
 }
 
 static void stop(void *context, frame_t *frame)
 {
     (void)context;
-    frame_finish(frame, &(frame_result_t){.error = ERROR_MATCHER});
+    fail(frame, ERROR_MATCHER);
 }
 
-/* The matcher, as slow and unsteady as they come. */
+static void begin(void)
+{
+    frame_t *frame = frame_pool_next(&pool);
+
+    if (frame != NULL && (!frame->streamed || udp.stream.open(udp.stream.context, frame) == STATUS_OK)) {
+        REQUIRE(frame_pool_begin(&pool, frame) == STATUS_OK);
+    }
+}
+
+/* The pairs are those that were sent, in their order. */
+static void check_pairs(const frame_t *frame)
+{
+    const uint8_t *pairs = fake_stream_pairs();
+
+    for (uint32_t offset = 0; offset < frame_map_size(frame); offset += PROTOCOL_CHUNK_SIZE) {
+        uint32_t rest = frame_map_size(frame) - offset;
+
+        REQUIRE(memcmp(pairs + offset, fuzz_chunk(frame->id, offset),
+            rest < PROTOCOL_CHUNK_SIZE ? rest : PROTOCOL_CHUNK_SIZE) == 0);
+    }
+}
+
 static void match(void)
 {
     frame_t *frame = frame_pool_matching(&pool);
 
     if (frame == NULL) {
-        frame = frame_pool_next(&pool);
-        if (frame != NULL) {
-            REQUIRE(frame_pool_begin(&pool, frame) == STATUS_OK);
-        }
-    } else if (next_random(&seed) % 16 == 0) {
-        frame_finish(frame, &(frame_result_t){.error = next_random(&seed) % 2 ? ERROR_TIMEOUT : ERROR_MATCHER});
+        begin();
+    } else if (next_random(&seed) % (frame->streamed ? 256 : 16) == 0) {
+        fail(frame, next_random(&seed) % 2 ? ERROR_TIMEOUT : ERROR_MATCHER);
         counters.value[COUNTER_FRAMES_FAILED]++;
-    } else {
+    } else if (!frame->streamed || fake_stream_pairs() != NULL) {
         memcpy(known[frame->slot].map, fuzz_chunk(next_random(&seed) % 4096, 0), PROTOCOL_CHUNK_SIZE);
         for (uint32_t at = PROTOCOL_CHUNK_SIZE; at < frame_map_size(frame); at += PROTOCOL_CHUNK_SIZE) {
             memcpy(known[frame->slot].map + at, fuzz_chunk(next_random(&seed) % 4096, at), PROTOCOL_CHUNK_SIZE);
         }
         memcpy(frame_map(frame), known[frame->slot].map, frame_map_size(frame));
+        if (frame->streamed) {
+            check_pairs(frame);
+            fake_stream_map(known[frame->slot].map, frame_map_size(frame));
+            streamed++;
+        }
         frame_finish(frame, &(frame_result_t){.clocks = 1});
         counters.value[COUNTER_FRAMES_MATCHED]++;
     }
@@ -205,9 +242,11 @@ static void start(void)
     REQUIRE(pool.max_pixels <= MAP_MAX / 2);
     close_gaps();
     session_init(&session, &info, &pool, &counters, stop, NULL);
-    fake_frame_link.version  = FRAME_LINK_VERSION;
-    fake_frame_link.send     = take_reply;
-    fake_frame_link.matching = is_matching;
+    fake_frame_link.version   = FRAME_LINK_VERSION;
+    fake_frame_link.streaming = true;
+    fake_frame_link.skips     = 8;
+    fake_frame_link.send      = take_reply;
+    fake_frame_link.matching  = is_matching;
     REQUIRE(frame_link_init(&driver, mailbox()) == STATUS_OK);
     REQUIRE(udp_link_init(&udp, &driver, &session, &counters) == STATUS_OK);
     fuzz_prepare(&seed);
@@ -265,7 +304,7 @@ static void require_depth(void)
             exit(1);
         }
     }
-    REQUIRE(parts > 0);
+    REQUIRE(parts > live && live > 0 && streamed > 0);
 }
 
 /* And it is still there, for somebody new. */
@@ -304,7 +343,8 @@ int main(int argc, char **argv)
     require_depth();
     require_life();
     seconds = (double)(end.tv_sec - begin.tv_sec) + (double)(end.tv_nsec - begin.tv_nsec) / 1e9;
-    printf("%lu datagrams, %.0f/s; %u frames matched, %u parts of maps, %u sessions\n", count, (double)count / seconds,
-        (unsigned)counters.value[COUNTER_FRAMES_MATCHED], (unsigned)parts, (unsigned)counters.value[COUNTER_SESSIONS]);
+    printf("%lu datagrams, %.0f/s; %u frames matched, %u of them streamed, %u parts of maps, %u sessions\n", count,
+        (double)count / seconds, (unsigned)counters.value[COUNTER_FRAMES_MATCHED], (unsigned)streamed, (unsigned)parts,
+        (unsigned)counters.value[COUNTER_SESSIONS]);
     return 0;
 }

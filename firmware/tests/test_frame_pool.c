@@ -281,6 +281,30 @@ static void test_capacity(void)
     }
 }
 
+/* A streamed frame misses nothing and is in line at once, behind those before it; only a LOADING frame becomes one. */
+static void test_stream(void)
+{
+    frame_t *stored, *streamed;
+
+    for (frame_state_t state = FRAME_EMPTY; state <= FRAME_FAILED; state++) {
+        frame_t *frame = frame_in(state);
+
+        REQUIRE(frame_pool_stream(&pool, frame, 77) == (state == FRAME_LOADING ? STATUS_OK : STATUS_STATE));
+        REQUIRE(frame->streamed == (state == FRAME_LOADING));
+    }
+    stored = frame_in(FRAME_READY);
+    REQUIRE(frame_pool_open(&pool, FRAME_OWNER_LINK, 8, &settings, &streamed) == STATUS_OK && !streamed->streamed);
+    REQUIRE(frame_pool_stream(&pool, streamed, 78) == STATUS_OK && streamed->state == FRAME_READY);
+    REQUIRE(streamed->sequence == 78 && streamed->missing == 0);
+    REQUIRE(frame_first_missing(streamed) == PROTOCOL_NO_OFFSET && frame_pool_next(&pool) == stored);
+    REQUIRE(frame_release(stored) == STATUS_OK && frame_pool_next(&pool) == streamed);
+    /* The next frame in its slot is one like any other. */
+    REQUIRE(frame_release(streamed) == STATUS_OK);
+    for (uint32_t id = 9; id < 11; id++) {
+        REQUIRE(frame_pool_open(&pool, FRAME_OWNER_LINK, id, &settings, &stored) == STATUS_OK && !stored->streamed);
+    }
+}
+
 static void test_bad_arguments(void)
 {
     stereo_settings_t empty = {.width = 0, .height = 9};
@@ -311,6 +335,7 @@ int main(void)
     check_loading(160, 120);
     test_bad_chunks();
     test_capacity();
+    test_stream();
     test_bad_arguments();
     return 0;
 }

@@ -71,7 +71,7 @@ static void expect_submission(void)
     expect_write("uniqueness_ratio", 15);
     expect_write("disp12_max_diff", job.settings.disp12_max_diff < 0 ? 255 : (uint32_t)job.settings.disp12_max_diff);
     expect_write("options", (job.settings.xsobel ? 1 : 0) | (job.settings.subpixel ? 2 : 0)
-        | (job.settings.median ? 4 : 0));
+        | (job.settings.median ? 4 : 0) | (job.streamed ? 8 : 0));
     expect_write("ev_pending", 3);
     expect_call("memory_to_device");
     expect_write("control", 1);
@@ -224,12 +224,13 @@ static void test_features(void)
 /* Every option has its bit, and the left-right check its switch. */
 static void test_options(void)
 {
-    for (unsigned bits = 0; bits < 16; bits++) {
+    for (unsigned bits = 0; bits < 32; bits++) {
         set_up();
         job.settings.xsobel          = (bits & 1) != 0;
         job.settings.subpixel        = (bits & 2) != 0;
         job.settings.median          = (bits & 4) != 0;
         job.settings.disp12_max_diff = (bits & 8) != 0 ? 254 : -1;
+        job.streamed                 = (bits & 16) != 0;
         submit(0);
     }
 }
@@ -313,6 +314,31 @@ static void test_watchdog(void)
     require_all_done();
 }
 
+/* A job that waits for something else than memory is given another time, from when it is given on. */
+static void test_allow(void)
+{
+    const uint64_t  budget = 100000 + 16 * 320 * 240;
+    stereo_result_t result;
+
+    set_up();
+    REQUIRE(stereo_budget(&job.settings) == budget);
+    submit(1000);
+    stereo_allow(&stereo, 5000, 10 * budget);
+    REQUIRE(stereo_poll(&stereo, 5000 + 10 * budget, &result) == STATUS_BUSY);
+    stereo_allow(&stereo, 5000 + 10 * budget, 100);
+    REQUIRE(stereo_poll(&stereo, 5100 + 10 * budget, &result) == STATUS_BUSY);
+    require_all_done();
+    expect_read("status", BUSY);
+    expect_read("status", BUSY);
+    expect_write("control", 2);
+    expect_read("status", 3 << 8);
+    expect_write("ev_pending", 3);
+    expect_read("status", 3 << 8);
+    REQUIRE(stereo_poll(&stereo, 5101 + 10 * budget, &result) == STATUS_TIMEOUT);
+    require_all_done();
+    REQUIRE(result.clocks == 101 && stereo.timeouts == 1);
+}
+
 static void test_abort(void)
 {
     set_up();
@@ -342,6 +368,7 @@ int main(void)
     test_done();
     test_errors();
     test_watchdog();
+    test_allow();
     test_abort();
     return 0;
 }

@@ -72,8 +72,8 @@ class Journey(abc.ABC):
 
     @property
     @abc.abstractmethod
-    def uploaded(self) -> bool:
-        """Whether the device has all pixels."""
+    def feeding(self) -> bool:
+        """Whether the matcher waits for pixels of this frame."""
 
     @property
     def arrived(self) -> bool:
@@ -96,8 +96,7 @@ class Journey(abc.ABC):
     def step(self, first: bool, due: bool) -> None:
         """Sends what is to be sent.
 
-        Only the `first` frame under way is asked for its map. A frame is `due` when the device has all pixels of
-        those before it.
+        Only the `first` frame under way is asked for its map. A frame is `due` when the matcher waits for no other.
         """
         self._first = first
         self._send()

@@ -69,13 +69,16 @@ class Pipeline:
         """Sets a frame on its way."""
         self._journeys.append(self._kind(self._route, frame, self._former, self._progress))
 
+    def send(self) -> None:
+        """Sends what is to be sent, and waits for nothing: a matcher waits for pixels, whoever waits for results."""
+        for journey in (*self._journeys, *self._leaving):
+            due = not any(other.feeding for other in self._journeys if other is not journey)
+            journey.step(bool(self._journeys) and journey is self._journeys[0], due)
+
     def step(self) -> Result | None:
         """Does what is to be done, and waits for the network; returns the result of the first frame if it is here."""
+        self.send()
         first = self._journeys[0]
-        due   = True
-        for journey in (*self._journeys, *self._leaving):
-            journey.step(journey is first, due)
-            due = due and journey.uploaded
         if first.arrived:
             self._leaving.append(self._journeys.popleft())
             first.step(True, True)

@@ -36,9 +36,9 @@ class StoredJourney(Journey):
         return self._upload is not None and self._upload.sent
 
     @property
-    def uploaded(self) -> bool:
-        """Whether the device has all chunks."""
-        return self._upload is not None and self._upload.done
+    def feeding(self) -> bool:
+        """Never: the matcher begins when all chunks are there."""
+        return False
 
     def _send(self) -> None:
         if self._upload is not None and not self._started:

@@ -51,9 +51,9 @@ class StreamedJourney(Journey):
         return self._sender is not None
 
     @property
-    def uploaded(self) -> bool:
-        """Whether the device has all pairs."""
-        return self._sender is not None and self._sender.done
+    def feeding(self) -> bool:
+        """Whether the matcher has begun, and pairs are missing."""
+        return self._sender is not None and not self._sender.done
 
     def _open(self) -> None:
         super()._open()
@@ -107,7 +107,8 @@ class StreamedJourney(Journey):
             self._download.settle()
 
     def _fail(self, status: FrameStatus) -> None:
-        if status.error != ErrorCode.TIMEOUT or self.uploaded or not self._was_away:
+        done = self._sender is not None and self._sender.done
+        if status.error != ErrorCode.TIMEOUT or done or not self._was_away:
             super()._fail(status)
         # The device waited in vain for pairs, and rightly gave up.
         self.forget()

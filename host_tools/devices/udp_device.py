@@ -93,6 +93,9 @@ class UdpDevice(RemoteDevice):
                 # All slots are those of frames that are leaving.
                 pipeline.drain()
                 continue
+            for other in self._pipelines:
+                if other is not pipeline:
+                    other.send()
             result = pipeline.step()
             if result is not None:
                 self._count(result)
