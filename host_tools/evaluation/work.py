@@ -1,0 +1,180 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""The work of an evaluation, cut into tasks that run here, in several processes, or on a Dask cluster."""
+
+from __future__ import annotations
+
+import concurrent.futures
+import contextlib
+import logging
+import multiprocessing
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from ..datasets import StereoPair
+from ..errors import ClusterError, LiteStereoError, UsageError
+from ..extras import import_extra
+from ..images import disparity_pixels
+from ..settings import MatcherSettings
+from ..speckle import SpeckleFilter
+from .matchers import is_shared, open_matcher
+from .metrics import measure
+from .regions import regions
+from .samples import Sample, SampleFiles
+
+_CLUSTER_TIMEOUT_S = 10
+
+
+@dataclass(frozen=True)
+class LoadedSample:
+    """A pair that is in memory already, where `SampleFiles` says where it is."""
+
+    name:  str
+    pair:  StereoPair
+    ndisp: int | None = None
+
+    def load(self) -> Sample:
+        """The pair with its regions."""
+        return Sample(self.name, self.pair.left, self.pair.right, self.pair.truth, regions(self.pair.truth))
+
+
+#: A pair, and what it is matched with.
+Job = tuple[SampleFiles | LoadedSample, MatcherSettings]
+
+
+@dataclass(frozen=True)
+class Row:
+    """Metrics, by their names in `metrics.METRICS`, of the map of one pair by one matcher in one region."""
+
+    pair:    str
+    matcher: str
+    region:  str
+    metrics: dict[str, float]
+
+
+@dataclass(frozen=True)
+class Task:
+    """Pairs that one matcher matches, one after the other."""
+
+    matcher: str
+    jobs:    tuple[Job, ...]
+    speckle: SpeckleFilter
+
+
+def tasks_of(matchers: Sequence[str], jobs: Sequence[Job], speckle: SpeckleFilter) -> list[Task]:
+    """All pairs by all matchers: a task for each pair, or one for all of them where a device has one host at a time."""
+    tasks: list[Task] = []
+    for matcher in matchers:
+        parts  = [(job,) for job in jobs] if is_shared(matcher) else [tuple(jobs)]
+        tasks += [Task(matcher, part, speckle) for part in parts]
+    return tasks
+
+
+def rows_of(task: Task, done: Callable[[], None] | None = None) -> list[Row]:
+    """Does a task; `done` is called after each pair.
+
+    Raises
+    ------
+    LiteStereoError
+        A matcher cannot be opened, or fails; a pair cannot be read, or does not suit the matcher.
+    """
+    rows: list[Row] = []
+    with contextlib.closing(open_matcher(task.matcher)) as matcher:
+        for source, settings in task.jobs:
+            sample    = source.load()
+            disparity = task.speckle.apply(matcher.match(sample.left, sample.right, settings), settings)
+            pixels    = disparity_pixels(disparity, settings.invalid)
+            rows     += [Row(source.name, task.matcher, name, measure(pixels, sample.truth, region, source.ndisp))
+                         for name, region in sample.regions.items()]
+            if done is not None:
+                done()
+    return rows
+
+
+def _rows_elsewhere(task: Task) -> list[Row] | LiteStereoError:
+    """As `rows_of`, for another process: not every error comes back from there, but every text does."""
+    try:
+        return rows_of(task)
+    except UsageError as error:
+        return UsageError(str(error))
+    except LiteStereoError as error:
+        return LiteStereoError(str(error))
+
+
+def evaluate(tasks: Sequence[Task], done: Callable[[int], None], processes: int = 1,
+             cluster: str | None = None) -> list[Row]:
+    """Does all tasks.
+
+    Parameters
+    ----------
+    tasks
+        See `tasks_of`.
+    done
+        Is called with the number of pairs that were matched since the last call.
+    processes
+        Number of processes of this computer; 1 is this one.
+    cluster
+        Address of the scheduler of a Dask cluster, whose workers see the same files, in place of processes.
+
+    Returns
+    -------
+    The rows in the order of the tasks.
+
+    Raises
+    ------
+    LiteStereoError
+        As `rows_of`; the first error ends the evaluation.
+    ClusterError, MissingExtraError
+        There is no such cluster, or Dask is not installed.
+    """
+    if cluster is None and processes == 1:
+        return [row for task in tasks for row in rows_of(task, lambda: done(1))]
+    rows: dict[int, list[Row]] = {}
+    for index, result in _on_cluster(tasks, cluster) if cluster is not None else _in_processes(tasks, processes):
+        if isinstance(result, LiteStereoError):
+            raise result
+        rows[index] = result
+        done(len(tasks[index].jobs))
+    return [row for index in sorted(rows) for row in rows[index]]
+
+
+_Results = Iterator[tuple[int, list[Row] | LiteStereoError]]
+
+
+def _in_processes(tasks: Sequence[Task], processes: int) -> _Results:
+    # Spawned and not forked: OpenCV's threads do not live through a fork.
+    pool = concurrent.futures.ProcessPoolExecutor(processes, multiprocessing.get_context("spawn"))
+    try:
+        futures = {pool.submit(_rows_elsewhere, task): index for index, task in enumerate(tasks)}
+        for future in concurrent.futures.as_completed(futures):
+            yield futures[future], future.result()
+    finally:
+        pool.shutdown(cancel_futures=True)
+
+
+def _on_cluster(tasks: Sequence[Task], address: str) -> _Results:
+    distributed: Any = import_extra("distributed", "cluster", "--cluster needs")
+    # What Dask has to say about a lost cluster it says on stderr, for pages.
+    logging.getLogger("distributed").setLevel(logging.CRITICAL)
+    try:
+        client = distributed.Client(address, timeout=_CLUSTER_TIMEOUT_S, set_as_default=False)
+    except (OSError, ValueError, TimeoutError):
+        raise ClusterError(f"{address}: no Dask scheduler answers there: start one with `dask scheduler`, and workers "
+                           "with `dask worker`") from None
+    with client:
+        if not client.scheduler_info()["workers"]:
+            raise ClusterError(f"{address}: the cluster has no workers: start some with `dask worker {address}`")
+        # Not pure: a device may answer otherwise the next time.
+        futures = {client.submit(_rows_elsewhere, task, pure=False): index for index, task in enumerate(tasks)}
+        for future in distributed.as_completed(futures):
+            try:
+                result = future.result()
+            except Exception as error:
+                # Whatever a worker's installation lacks, or how it died.
+                raise ClusterError(f"{address}: a worker failed: {' '.join(str(error).split())}: it needs litestereo "
+                                   "of this version") from None
+            yield futures[future], result
