@@ -170,7 +170,7 @@ def _on_cluster(tasks: Sequence[Task], address: str) -> _Results:
             raise ClusterError(f"{address}: the cluster has no workers: start some with `dask worker {address}`")
         # Not pure: a device may answer otherwise the next time.
         futures = {client.submit(_rows_elsewhere, task, pure=False): index for index, task in enumerate(tasks)}
-        for future in distributed.as_completed(futures):
+        for future in distributed.as_completed(futures, loop=client.loop):
             try:
                 result = future.result()
             except Exception as error:
