@@ -215,8 +215,10 @@ def test_the_environment_names_the_device(monkeypatch, url, capfd):
     assert json.loads(capfd.readouterr().out)["url"] == url
 
 
-@pytest.mark.parametrize("arguments", [["--help"], ["--version"], *([command, "--help"] for command in
-                                                                    ("match", "info", "stats", "console"))])
+COMMANDS = ("match", "eval", "export", "info", "stats", "console")
+
+
+@pytest.mark.parametrize("arguments", [["--help"], ["--version"], *([command, "--help"] for command in COMMANDS)])
 def test_help_and_version(arguments, capfd):
     assert run(*arguments) == 0
     out, err = capfd.readouterr()

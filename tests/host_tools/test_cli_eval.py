@@ -216,7 +216,7 @@ def test_a_package_that_is_not_installed():
         import_extra("nopackage.sub", "cluster", "--cluster needs")
 
 
-def test_help(capfd):
+def test_help_has_examples(capfd):
     assert run("eval", "--help") == 0
     out = capfd.readouterr().out
     assert "litestereo eval data/teddy" in out and "bad_or_invalid_2_0" in out

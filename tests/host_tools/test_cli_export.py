@@ -284,7 +284,7 @@ def test_without_rosbags_it_says_what_to_install(folder, monkeypatch, capfd):
     assert export(folder, "--format", "ply", *IDEAL) == 0
 
 
-def test_help(capfd):
+def test_help_has_examples(capfd):
     assert run("export", "--help") == 0
     out = capfd.readouterr().out
-    assert "litestereo export out/disparity.npy" in out and "default" in out
+    assert "litestereo export out/disparity.npy" in out and "rosbag2" in out
