@@ -8,15 +8,17 @@
 from __future__ import annotations
 
 import concurrent.futures
+import concurrent.futures.process
 import contextlib
 import logging
 import multiprocessing
+import signal
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from ..datasets import StereoPair
-from ..errors import ClusterError, LiteStereoError, UsageError
+from ..errors import LiteStereoError, UsageError, WorkerError
 from ..extras import import_extra
 from ..images import disparity_pixels
 from ..settings import MatcherSettings
@@ -128,8 +130,8 @@ def evaluate(tasks: Sequence[Task], done: Callable[[int], None], processes: int 
     ------
     LiteStereoError
         As `rows_of`; the first error ends the evaluation.
-    ClusterError, MissingExtraError
-        There is no such cluster, or Dask is not installed.
+    WorkerError, MissingExtraError
+        A process was ended; there is no such cluster, or Dask is not installed.
     """
     if cluster is None and processes == 1:
         return [row for task in tasks for row in rows_of(task, lambda: done(1))]
@@ -147,13 +149,27 @@ _Results = Iterator[tuple[int, list[Row] | LiteStereoError]]
 
 def _in_processes(tasks: Sequence[Task], processes: int) -> _Results:
     # Spawned and not forked: OpenCV's threads do not live through a fork.
-    pool = concurrent.futures.ProcessPoolExecutor(processes, multiprocessing.get_context("spawn"))
+    pool = concurrent.futures.ProcessPoolExecutor(processes, multiprocessing.get_context("spawn"), _end_by_interrupt)
     try:
-        futures = {pool.submit(_rows_elsewhere, task): index for index, task in enumerate(tasks)}
+        # Held back, also in the new processes, until these know how to end.
+        signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+        try:
+            futures = {pool.submit(_rows_elsewhere, task): index for index, task in enumerate(tasks)}
+        finally:
+            signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
         for future in concurrent.futures.as_completed(futures):
             yield futures[future], future.result()
+    except concurrent.futures.process.BrokenProcessPool:
+        raise WorkerError("a process that matched was ended by the system: is there enough memory? Take fewer --jobs"
+                          ) from None
     finally:
         pool.shutdown(cancel_futures=True)
+
+
+def _end_by_interrupt() -> None:
+    """Makes an interrupt, which comes from the terminal to all processes, end this one without a word."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
 
 
 def _on_cluster(tasks: Sequence[Task], address: str) -> _Results:
@@ -163,11 +179,11 @@ def _on_cluster(tasks: Sequence[Task], address: str) -> _Results:
     try:
         client = distributed.Client(address, timeout=_CLUSTER_TIMEOUT_S, set_as_default=False)
     except (OSError, ValueError, TimeoutError):
-        raise ClusterError(f"{address}: no Dask scheduler answers there: start one with `dask scheduler`, and workers "
+        raise WorkerError(f"{address}: no Dask scheduler answers there: start one with `dask scheduler`, and workers "
                            "with `dask worker`") from None
     with client:
         if not client.scheduler_info()["workers"]:
-            raise ClusterError(f"{address}: the cluster has no workers: start some with `dask worker {address}`")
+            raise WorkerError(f"{address}: the cluster has no workers: start some with `dask worker {address}`")
         # Not pure: a device may answer otherwise the next time.
         futures = {client.submit(_rows_elsewhere, task, pure=False): index for index, task in enumerate(tasks)}
         for future in distributed.as_completed(futures, loop=client.loop):
@@ -175,6 +191,6 @@ def _on_cluster(tasks: Sequence[Task], address: str) -> _Results:
                 result = future.result()
             except Exception as error:
                 # Whatever a worker's installation lacks, or how it died.
-                raise ClusterError(f"{address}: a worker failed: {' '.join(str(error).split())}: it needs litestereo "
+                raise WorkerError(f"{address}: a worker failed: {' '.join(str(error).split())}: it needs litestereo "
                                    "of this version") from None
             yield futures[future], result

@@ -8,6 +8,11 @@
 import csv
 import json
 import math
+import os
+import signal
+import subprocess
+import sys
+import time
 
 import cv2
 import distributed
@@ -15,13 +20,19 @@ import numpy as np
 import pytest
 
 from litestereo.host_tools.cli import evaluate
-from litestereo.host_tools.errors import MissingExtraError
+from litestereo.host_tools.errors import MissingExtraError, WorkerError
 from litestereo.host_tools.evaluation import work
 from litestereo.host_tools.evaluation.metrics import METRICS
 from litestereo.host_tools.extras import import_extra
+from litestereo.host_tools.speckle import SpeckleFilter
 from support import data_sets
 from support.command import one_line, run
 from support.data import FOLDERS, stereo_folder, stereo_pair
+from support.interruptible import interruptible
+from support.native_device import native_device
+from support.pairs import generator, textured_pair
+
+COMMAND = [sys.executable, "-c", "import sys; from litestereo.host_tools.cli import main; sys.exit(main())"]
 
 
 @pytest.fixture(autouse=True)
@@ -175,6 +186,41 @@ def test_kitti_has_d1(tmp_path, capfd):
 def test_a_device_with_one_host_at_a_time_gets_all_pairs_one_after_the_other():
     tasks = work.tasks_of(["udp://1.2.3.4", "model:"], [("a", None), ("b", None)], None)
     assert [(task.matcher, len(task.jobs)) for task in tasks] == [("udp://1.2.3.4", 2), ("model:", 1), ("model:", 1)]
+
+
+def test_a_device_with_less_than_the_defaults(folder, capfd):
+    with native_device("--max-width", "200", "--max-disparities", "16", "--max-block-size", "7") as port:
+        rows, printed = results(capfd, folder, "--device", f"tcp://127.0.0.1:{port}", "--opencv", "bm", "--jobs", 2)
+    assert {(settings["disparities"], settings["block_size"]) for settings in printed["settings"]} == {(16, 7)}
+    for pair in ("own", "new"):
+        assert metrics(rows[pair, f"tcp://127.0.0.1:{port}", "all"]) == metrics(rows[pair, "cv2:bm", "all"])
+
+
+def test_an_interrupt_ends_all_processes_with_one_line(tmp_path):
+    """As a terminal sends it: to the command and to its processes, while they start and while they match."""
+    for number in range(2):
+        left, right = textured_pair(1200, 800, generator(71))
+        data_sets.write(tmp_path / str(number), {"left.png": left, "right.png": right, "disp_left_u16.png": left})
+    for after_s in (1.0, 1.5, 2.0, 5.0):
+        command = [*COMMAND, "eval", str(tmp_path), "--device", "model:", "--disparities", "128", "--jobs", "2"]
+        with interruptible(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, process_group=0) as running:
+            time.sleep(after_s)
+            os.killpg(running.pid, signal.SIGINT)
+            out, err = running.communicate(timeout=20)
+        assert (running.returncode, out, err) == (130, "", "litestereo: interrupted\n"), f"after {after_s} s"
+
+
+class Deadly:
+    """Ends the process that it comes to."""
+
+    def __reduce__(self):
+        return os._exit, (1,)
+
+
+def test_a_process_that_is_killed():
+    task = work.Task(Deadly(), (("a", None),), SpeckleFilter())
+    with pytest.raises(WorkerError, match="Take fewer --jobs"):
+        work.evaluate([task], print, processes=2)
 
 
 def test_the_environment_names_the_device(folder, monkeypatch, capfd):

@@ -77,6 +77,9 @@ def test_a_folder_of_pairs_of_several_kinds(tmp_path):
     (tmp_path / "set" / "empty").mkdir()
     assert [files.name for files in find_samples([tmp_path / "set"])] == ["a", "b", "c"]
     assert [files.name for files in find_samples([tmp_path / "set" / "b", tmp_path / "set" / "a"])] == ["b", "a"]
+    data_sets.litestereo(tmp_path / "other" / "a")
+    names = [files.name for files in find_samples([tmp_path / "set", tmp_path / "other"])]
+    assert names == ["set/a", "b", "c", "other/a"]
 
 
 def test_what_is_no_data_set(tmp_path):
