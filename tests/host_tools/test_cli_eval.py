@@ -18,11 +18,14 @@ import cv2
 import distributed
 import numpy as np
 import pytest
+import rich.console
 
 from litestereo.host_tools.cli import evaluate
 from litestereo.host_tools.errors import MissingExtraError, WorkerError
 from litestereo.host_tools.evaluation import work
 from litestereo.host_tools.evaluation.metrics import METRICS
+from litestereo.host_tools.evaluation.report import table
+from litestereo.host_tools.evaluation.work import Row
 from litestereo.host_tools.extras import import_extra
 from litestereo.host_tools.speckle import SpeckleFilter
 from support import data_sets
@@ -115,17 +118,34 @@ def test_a_table_with_means(folder, capfd):
     assert run("eval", folder, "--device", "model:", "--opencv", "sgbm", "--disparities", 16) == 0
     out, err = capfd.readouterr()
     assert err == ""
-    lines = [line.split() for line in out.splitlines() if len(line.split()) == 11]
-    assert [line[:3] for line in lines] == [
-        *([pair, region, matcher] for pair, regions in (("new", ("all", "nonocc", "disc")), ("own", ("all", "disc")))
-          for region in regions for matcher in ("model:", "cv2:sgbm")),
-        *(["mean", region, matcher] for region in ("all", "nonocc", "disc") for matcher in ("model:", "cv2:sgbm"))]
-    shown = {tuple(line[:3]): line[3:] for line in lines}
+    heads, shown = [], {}
+    for line in out.splitlines():
+        words = line.split()
+        if len(words) == 2 and words[0].endswith(","):
+            heads.append((words[0][:-1], words[1]))
+        elif heads and len(words) == 8:
+            shown[(*heads[-1], words[0])] = words[1:]
+    assert heads == [("new", "all"), ("new", "nonocc"), ("new", "disc"), ("own", "all"), ("own", "disc"),
+                     ("mean", "all"), ("mean", "nonocc"), ("mean", "disc")]
+    assert list(shown) == [(*head, matcher) for head in heads for matcher in ("model:", "cv2:sgbm")]
     assert 60 < float(shown["own", "all", "model:"][0]) < 100 and float(shown["own", "all", "model:"][1]) == 0
-    assert shown["own", "disc", "model:"] == ["-"]*8
-    for column in range(8):
+    assert shown["own", "disc", "model:"] == ["-"]*7
+    for column in range(7):
         values = [float(shown[pair, "all", "model:"][column]) for pair in ("own", "new")]
         assert float(shown["mean", "all", "model:"][column]) == pytest.approx(sum(values)/2, abs=0.011)
+
+
+def test_the_table_of_a_narrow_terminal():
+    """Of 80 characters: all numbers are whole, and all of the names is there."""
+    url  = "cosim:?disparities=128&max_width=1024"
+    rows = [Row("Motorcycle", url, "nonocc", dict.fromkeys(METRICS, 100.0))]
+    text = rich.console.Console(width=80)
+    with text.capture() as captured:
+        text.print(table(rows))
+    lines = captured.get().splitlines()
+    assert max(map(len, lines)) <= 80
+    assert "Motorcycle, nonocc" in captured.get() and captured.get().count("100.00") == 7
+    assert url in "".join(line[:20].strip() for line in lines)
 
 
 def test_settings_are_equal_and_suit_all_devices(folder, capfd):
