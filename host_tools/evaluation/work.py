@@ -3,32 +3,24 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""The work of an evaluation, cut into tasks that run here, in several processes, or on a Dask cluster."""
+"""The work of an evaluation: pairs and matchers, cut into tasks that may run elsewhere."""
 
 from __future__ import annotations
 
-import concurrent.futures
-import concurrent.futures.process
 import contextlib
-import logging
-import multiprocessing
-import signal
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 from ..datasets import StereoPair
-from ..errors import LiteStereoError, UsageError, WorkerError
-from ..extras import import_extra
+from ..errors import LiteStereoError, UsageError
 from ..images import disparity_pixels
 from ..settings import MatcherSettings
 from ..speckle import SpeckleFilter
 from .matchers import is_shared, open_matcher
 from .metrics import measure
+from .parallel import in_processes, on_cluster
 from .regions import regions
 from .samples import Sample, SampleFiles
-
-_CLUSTER_TIMEOUT_S = 10
 
 
 @dataclass(frozen=True)
@@ -135,62 +127,14 @@ def evaluate(tasks: Sequence[Task], done: Callable[[int], None], processes: int 
     """
     if cluster is None and processes == 1:
         return [row for task in tasks for row in rows_of(task, lambda: done(1))]
+    if cluster is not None:
+        results = on_cluster(_rows_elsewhere, tasks, cluster)
+    else:
+        results = in_processes(_rows_elsewhere, tasks, processes)
     rows: dict[int, list[Row]] = {}
-    for index, result in _on_cluster(tasks, cluster) if cluster is not None else _in_processes(tasks, processes):
+    for index, result in results:
         if isinstance(result, LiteStereoError):
             raise result
         rows[index] = result
         done(len(tasks[index].jobs))
     return [row for index in sorted(rows) for row in rows[index]]
-
-
-_Results = Iterator[tuple[int, list[Row] | LiteStereoError]]
-
-
-def _in_processes(tasks: Sequence[Task], processes: int) -> _Results:
-    # Spawned and not forked: OpenCV's threads do not live through a fork.
-    pool = concurrent.futures.ProcessPoolExecutor(processes, multiprocessing.get_context("spawn"), _end_by_interrupt)
-    try:
-        # Held back, also in the new processes, until these know how to end.
-        signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-        try:
-            futures = {pool.submit(_rows_elsewhere, task): index for index, task in enumerate(tasks)}
-        finally:
-            signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
-        for future in concurrent.futures.as_completed(futures):
-            yield futures[future], future.result()
-    except concurrent.futures.process.BrokenProcessPool:
-        raise WorkerError("a process that matched was ended by the system: is there enough memory? Take fewer --jobs"
-                          ) from None
-    finally:
-        pool.shutdown(cancel_futures=True)
-
-
-def _end_by_interrupt() -> None:
-    """Makes an interrupt, which comes from the terminal to all processes, end this one without a word."""
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
-    signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
-
-
-def _on_cluster(tasks: Sequence[Task], address: str) -> _Results:
-    distributed: Any = import_extra("distributed", "cluster", "--cluster needs")
-    # What Dask has to say about a lost cluster it says on stderr, for pages.
-    logging.getLogger("distributed").setLevel(logging.CRITICAL)
-    try:
-        client = distributed.Client(address, timeout=_CLUSTER_TIMEOUT_S, set_as_default=False)
-    except (OSError, ValueError, TimeoutError):
-        raise WorkerError(f"{address}: no Dask scheduler answers there: start one with `dask scheduler`, and workers "
-                           "with `dask worker`") from None
-    with client:
-        if not client.scheduler_info()["workers"]:
-            raise WorkerError(f"{address}: the cluster has no workers: start some with `dask worker {address}`")
-        # Not pure: a device may answer otherwise the next time.
-        futures = {client.submit(_rows_elsewhere, task, pure=False): index for index, task in enumerate(tasks)}
-        for future in distributed.as_completed(futures, loop=client.loop):
-            try:
-                result = future.result()
-            except Exception as error:
-                # Whatever a worker's installation lacks, or how it died.
-                raise WorkerError(f"{address}: a worker failed: {' '.join(str(error).split())}: it needs litestereo "
-                                   "of this version") from None
-            yield futures[future], result

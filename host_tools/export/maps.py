@@ -131,6 +131,11 @@ def _read_npy(path: Path, search: SearchRange) -> NDArray[np.float32]:
         raise ImageError(f"{path}: is no disparity map: int16 in sixteenths of a pixel or floating point in pixels is "
                          "needed, one number per pixel")
     if array.dtype == np.int16:
+        # A block does not fit the corner: what stands there means none. Taken for a disparity it would be a wall.
+        corner = int(array[0, 0]) if array.size else search.invalid
+        if corner != search.invalid and corner == array.min() and corner % DISPARITY_SCALE == 0:
+            raise ImageError(f"{path}: looks like a map that was matched with --min-disparity "
+                             f"{corner//DISPARITY_SCALE + 1}, not {search.min_disparity}: give that")
         return disparity_pixels(array, search.invalid)
     pixels = array.astype(np.float32)
     pixels[~np.isfinite(pixels)] = np.nan

@@ -22,7 +22,7 @@ import rich.console
 
 from litestereo.host_tools.cli import evaluate
 from litestereo.host_tools.errors import MissingExtraError, WorkerError
-from litestereo.host_tools.evaluation import work
+from litestereo.host_tools.evaluation import parallel, work
 from litestereo.host_tools.evaluation.metrics import METRICS
 from litestereo.host_tools.evaluation.report import table
 from litestereo.host_tools.evaluation.work import Row
@@ -272,7 +272,7 @@ def test_mistakes_are_one_line(folder, arguments, status, text, monkeypatch, cap
 
 
 def test_a_cluster_that_is_not_there(folder, monkeypatch, capfd):
-    monkeypatch.setattr(work, "_CLUSTER_TIMEOUT_S", 1)
+    monkeypatch.setattr(parallel, "_CLUSTER_TIMEOUT_S", 1)
     assert run("eval", folder, "--opencv", "bm", "--cluster", "tcp://127.0.0.1:1") == 1
     assert "no Dask scheduler answers there" in one_line(capfd)
 

@@ -72,16 +72,31 @@ def test_what_match_writes_is_read(tmp_path):
     settings = MatcherSettings(16, 9, 3)
     map_     = generator(81).integers(settings.invalid + 1, 16*19, (20, 30)).astype(np.int16)
     map_[generator(82).random(map_.shape) < 0.2] = settings.invalid
+    map_[0, 0] = settings.invalid
     write_disparity(tmp_path, map_, settings)
     expected = disparity_pixels(map_, settings.invalid)
     search   = SearchRange(min_disparity=3)
     for name in ("disparity.npy", "disparity.pfm", "disparity.png"):
         np.testing.assert_array_equal(read_disparity(tmp_path / name, search), expected)
     floats       = expected.astype(np.float64)
-    floats[0, 0] = np.inf
+    floats[0, 1] = np.inf
     np.save(tmp_path / "floats.npy", floats)
-    expected[0, 0] = np.nan
+    expected[0, 1] = np.nan
     np.testing.assert_array_equal(read_disparity(tmp_path / "floats.npy", search), expected)
+
+
+def test_another_smallest_disparity_is_noticed(tmp_path):
+    """Else what means none would be a disparity, and the other way round."""
+    for min_disparity in (0, 16):
+        map_       = np.full((20, 30), 16*(min_disparity - 1), np.int16)
+        map_[5, 5] = 16*min_disparity + 5
+        np.save(tmp_path / "map.npy", map_)
+        assert np.isfinite(read_disparity(tmp_path / "map.npy", SearchRange(min_disparity=min_disparity))).sum() == 1
+        with pytest.raises(ImageError, match=f"with --min-disparity {min_disparity}, not 8: give that"):
+            read_disparity(tmp_path / "map.npy", SearchRange(min_disparity=8))
+    map_[0, 0] = 16*16
+    np.save(tmp_path / "cut.npy", map_)
+    assert np.isfinite(read_disparity(tmp_path / "cut.npy", SearchRange(min_disparity=16))).sum() == 2
 
 
 def test_what_is_no_map(tmp_path):

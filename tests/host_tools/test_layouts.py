@@ -62,8 +62,12 @@ def test_scales_of_middlebury_v2(tmp_path, width, scale):
     assert np.unique(files.load().truth).tolist() == [64/scale]
 
 
-def test_kitti(tmp_path):
-    for root in (data_sets.kitti(tmp_path), tmp_path / "training"):
+@pytest.mark.parametrize("names", [("image_2", "image_3", "disp_occ_0", "disp_noc_0"),
+                                   ("image_0", "image_1", "disp_occ_0", "disp_noc_0"),
+                                   ("colored_0", "colored_1", "disp_occ", "disp_noc"),
+                                   ("image_0", "image_1", "disp_occ", "disp_noc")])
+def test_kitti(tmp_path, names):
+    for root in (data_sets.kitti(tmp_path, names=names), tmp_path / "training"):
         first, second = find_samples([root])
         assert (first.name, second.name) == ("000000_10", "000001_10")
         sample = first.load()

@@ -7,6 +7,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import cv2
@@ -74,16 +75,16 @@ def middlebury_v2(folder: Path, salt: int = 0) -> Path:
     return folder
 
 
-def kitti(folder: Path, count: int = 2) -> Path:
-    """Pairs as KITTI has them, of which both cameras see the right half; returns `folder`."""
+def kitti(folder: Path, count: int = 2, names: Sequence[str] = ("image_2", "image_3", "disp_occ_0", "disp_noc_0")
+          ) -> Path:
+    """Pairs as KITTI has them, by default in the folders of 2015; both cameras see the right half. Returns `folder`."""
     for number in range(count):
         left, right = pair(number)
         name        = f"{number:06}_10.png"
         noc         = everywhere(256*SHIFT, np.uint16)
         noc[:, :60] = 0
-        for part, image in (("image_2", left), ("image_3", right), ("disp_occ_0", everywhere(256*SHIFT, np.uint16)),
-                            ("disp_noc_0", noc)):
+        for part, image in zip(names, (left, right, everywhere(256*SHIFT, np.uint16), noc), strict=True):
             write(folder / "training" / part, {name: image})
         # The next frame of a sequence, which has no truth.
-        write(folder / "training" / "image_2", {f"{number:06}_11.png": left})
+        write(folder / "training" / names[0], {f"{number:06}_11.png": left})
     return folder
