@@ -38,6 +38,14 @@ class DatasetError(LiteStereoError):
     """A data set that is neither in the cache nor to be fetched."""
 
 
+class WorkerError(LiteStereoError):
+    """Processes, or a Dask cluster, that are not there or do not do what they were asked to."""
+
+
+class MissingExtraError(LiteStereoError):
+    """A package that only some commands need, and that is not installed."""
+
+
 class DeviceError(LiteStereoError):
     """A device that cannot be reached, or fails while it is used."""
 

@@ -102,12 +102,17 @@ def disparity_pixels(disparity: NDArray[np.int16], invalid: int = INVALID) -> ND
     return pixels
 
 
-def encode_pfm(disparity: NDArray[np.int16], invalid: int = INVALID) -> bytes:
-    """Map as a Middlebury PFM file: float32 pixels, little-endian, bottom row first, inf if invalid."""
-    pixels = disparity_pixels(disparity, invalid)
-    pixels[np.isnan(pixels)] = np.inf
-    height, width = pixels.shape
+def pfm_of(disparity_px: NDArray[np.float32]) -> bytes:
+    """Map in pixels (float32, H x W, nan if invalid) as a Middlebury PFM file: little-endian, bottom row first, inf if
+    invalid."""
+    height, width = disparity_px.shape
+    pixels        = np.where(np.isnan(disparity_px), np.float32(np.inf), disparity_px)
     return f"Pf\n{width} {height}\n-1.0\n".encode("ascii") + pixels[::-1].astype("<f4").tobytes()
+
+
+def encode_pfm(disparity: NDArray[np.int16], invalid: int = INVALID) -> bytes:
+    """Map (int16, H x W, sixteenths) as a Middlebury PFM file, see `pfm_of`."""
+    return pfm_of(disparity_pixels(disparity, invalid))
 
 
 def kitti_image(disparity: NDArray[np.int16], invalid: int = INVALID) -> NDArray[np.uint16]:

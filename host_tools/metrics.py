@@ -7,14 +7,12 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .errors import ImageError
+from .evaluation.metrics import measure
 from .images import INVALID, disparity_pixels
 
 
@@ -63,21 +61,12 @@ def rate(disparity: NDArray[np.int16], truth: NDArray[np.float32], invalid: int 
     ImageError
         The shapes differ.
     """
-    if disparity.shape != truth.shape:
-        raise ImageError(f"the ground truth is {truth.shape[1]}x{truth.shape[0]} pixels, "
-                         f"the disparity map {disparity.shape[1]}x{disparity.shape[0]}")
-    known  = np.isfinite(truth)
-    pixels = disparity_pixels(disparity, invalid).astype(np.float64)
-    errors = np.abs(pixels - truth)[known & (disparity > invalid)]
+    values = measure(disparity_pixels(disparity, invalid), truth)
     return Quality(
-        bad_1_0      = _mean(100.0*(errors > 1.0)),
-        bad_2_0      = _mean(100.0*(errors > 2.0)),
-        mean_error   = _mean(errors),
-        density      = 100.0*errors.size/int(known.sum()) if known.any() else math.nan,
-        known_pixels = int(known.sum()),
-        rated_pixels = errors.size,
+        bad_1_0      = values["bad_of_valid_1_0"],
+        bad_2_0      = values["bad_of_valid_2_0"],
+        mean_error   = values["avgerr"],
+        density      = values["density"],
+        known_pixels = int(values["known_pixels"]),
+        rated_pixels = int(values["valid_pixels"]),
     )
-
-
-def _mean(values: NDArray[np.floating[Any]]) -> float:
-    return float(values.mean()) if values.size else math.nan

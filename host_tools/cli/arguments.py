@@ -34,7 +34,7 @@ class Parser(argparse.ArgumentParser):
 def add_device(parser: argparse.ArgumentParser) -> None:
     """Adds `--device`, with the environment's device as its default."""
     default = os.environ.get(DEVICE_VARIABLE)
-    parser.add_argument("--device", metavar="URL", type=_url, default=default, required=default is None,
+    parser.add_argument("--device", metavar="URL", type=device_url, default=default, required=default is None,
                         help=f"where the device is: {', '.join(EXAMPLES.values())} (default: the environment "
                              f"variable {DEVICE_VARIABLE})")
 
@@ -44,7 +44,8 @@ def add_json(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", action="store_true", help="print JSON instead of text (default: text)")
 
 
-def _url(text: str) -> str:
+def device_url(text: str) -> str:
+    """Argument type: the URL of a device."""
     try:
         parse_url(text)
     except UsageError as error:
@@ -70,6 +71,14 @@ def natural(text: str) -> int:
     number = integer(text)
     if number < 0:
         raise argparse.ArgumentTypeError(f"must be a whole number of at least 0, not '{text}'")
+    return number
+
+
+def count(text: str) -> int:
+    """Argument type: a whole number of at least 1."""
+    number = integer(text)
+    if number < 1:
+        raise argparse.ArgumentTypeError(f"must be a whole number of at least 1, not '{text}'")
     return number
 
 

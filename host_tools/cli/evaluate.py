@@ -1,0 +1,155 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""`litestereo eval`: matchers rated side by side on pairs whose disparities are known."""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import json
+import os
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+import rich.console
+import rich.progress
+
+from ..datasets import load_motorcycle
+from ..device import connect
+from ..errors import ImageError, UsageError
+from ..evaluation.layouts import find_samples
+from ..evaluation.matchers import OPENCV, check_opencv, opencv_name
+from ..evaluation.metrics import METRICS
+from ..evaluation.report import as_json, means, table, write_csv
+from ..evaluation.samples import SampleFiles
+from ..evaluation.work import Job, LoadedSample, evaluate, tasks_of
+from ..features import Feature
+from ..settings import DISPARITY_STEP, MatcherSettings
+from .arguments import DEVICE_VARIABLE, Parser, add_json, count, device_url, positive
+from .matching import add_settings, chosen_settings, chosen_speckle_filter
+
+_MOTORCYCLE = "motorcycle"
+
+#: A table is no narrower where there is no terminal to tell a width; in columns.
+_TABLE_WIDTH = 140
+
+_EPILOG = f"""\
+examples:
+  litestereo eval data/teddy data/cones --device model: --opencv bm --opencv sgbm --disparities 64
+  litestereo eval MiddEval3/trainingQ --device 'cosim:?disparities=128' --opencv bm --jobs 4 --csv results.csv
+  litestereo eval --motorcycle --device udp://192.168.1.50 --device model: --json
+  litestereo eval kitti/training --opencv sgbm --disparities 128 --cluster tcp://scheduler:8786
+
+data sets (each PATH is a pair, or a folder of pairs):
+  LiteStereo       left.png, right.png, disp_left_u16.png (256 times the disparity)
+  Middlebury 2014  im0.png, im1.png, disp0GT.pfm or disp0.pfm, mask0nocc.png, calib.txt (ndisp)
+  Middlebury v2    im2 and im6, or imL and imR; disp2, truedisp or groundtruth; disp6
+  KITTI            image_2 and image_3, or image_0 and image_1; disp_occ_0, disp_noc_0
+
+regions:
+  all     pixels whose true disparity is known
+  nonocc  those that both cameras see: by the mask (nonocc.png, mask0nocc.png, or KITTI's noc), or, without one, by the
+          truth of the right image, if it is there and agrees to a pixel; else the region is missing
+  disc    those of nonocc near a step of depth: by the mask (disc.png), or, without one, within 4 rows and columns of
+          two neighbours whose true disparities are more than 2 pixels apart
+
+metrics:
+{chr(10).join(f"  {name:18}  {text}" for name, text in METRICS.items())}
+
+A pixel that has no disparity in the map is not bad and has no error, as in Middlebury's version 3: read bad next to
+density, or take bad_or_invalid. Maps are cut to 0 up to ndisp where the data set says it. The table shows some of the
+metrics, "or none" is bad_or_invalid_2_0; --csv and --json have all. Its means are over the pairs.
+"""
+
+
+def add_parser(commands: argparse._SubParsersAction[Parser]) -> None:
+    """Adds the command."""
+    parser = commands.add_parser("eval", help="rate matchers on pairs with known disparities", epilog=_EPILOG,
+                                 description="Match pairs whose true disparities are known with several matchers and "
+                                             "equal settings, and rate the maps.")
+    parser.add_argument("paths", metavar="PATH", type=Path, nargs="*", help="folder of a pair, or of pairs")
+    parser.add_argument("--motorcycle", action="store_true",
+                        help="rate the Motorcycle pair too, which is fetched if need be (default: no)")
+    parser.add_argument("--device", metavar="URL", type=device_url, action="append", dest="devices",
+                        help="a device, may be repeated (default: the environment variable "
+                             f"{DEVICE_VARIABLE}, unless --opencv is given)")
+    parser.add_argument("--opencv", choices=OPENCV, action="append", default=[],
+                        help="cv2.StereoBM or cv2.StereoSGBM, may be repeated (default: none)")
+    parser.add_argument("--ground-truth-scale", metavar="S", type=positive,
+                        help="what the truths' values are divided by to become pixels (default: 256 for 16-bit images; "
+                             "by the width for those of Middlebury v2; else 1)")
+    parser.add_argument("--csv", metavar="FILE", type=Path, help="write all metrics to this file too (default: none)")
+    parser.add_argument("--jobs", metavar="N", type=count, default=1, help="processes (default: %(default)s)")
+    parser.add_argument("--cluster", metavar="ADDRESS",
+                        help="scheduler of a Dask cluster to work on, such as tcp://host:8786; its workers must see "
+                             "the same files (default: none)")
+    add_json(parser)
+    add_settings(parser)
+    parser.set_defaults(run=run)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Runs the command; whatever can be checked before the first match is checked before."""
+    devices = options.devices or []
+    if not devices and not options.opencv:
+        if DEVICE_VARIABLE not in os.environ:
+            raise UsageError(f"nothing to rate: give --device or --opencv, or set {DEVICE_VARIABLE}")
+        devices = [device_url(os.environ[DEVICE_VARIABLE])]
+    if not options.paths and not options.motorcycle:
+        raise UsageError("no pairs to rate: give the folder of a data set, or --motorcycle")
+    if options.csv is not None and options.csv.is_dir():
+        raise ImageError(f"{options.csv}: is a folder, --csv needs a file")
+    samples: list[SampleFiles | LoadedSample] = [*find_samples(options.paths, options.ground_truth_scale)]
+    samples += [LoadedSample(_MOTORCYCLE, load_motorcycle())] if options.motorcycle else []
+
+    matchers = list(dict.fromkeys([*devices, *map(opencv_name, options.opencv)]))
+    jobs     = _jobs(options, samples, devices)
+    tasks    = tasks_of(matchers, jobs, chosen_speckle_filter(options))
+    terminal = rich.console.Console(stderr=True)
+    with rich.progress.Progress(console=terminal, transient=True, disable=not terminal.is_terminal) as bars:
+        bar  = bars.add_task("match", total=sum(len(task.jobs) for task in tasks))
+        rows = evaluate(tasks, lambda pairs: bars.advance(bar, pairs), options.jobs, options.cluster)
+
+    if options.csv is not None:
+        write_csv(options.csv, rows)
+    if options.json:
+        settings = [{"pair": source.name, **dataclasses.asdict(settings)} for source, settings in jobs]
+        print(json.dumps({"settings": settings, "results": as_json(rows), "means": as_json(means(rows))}, indent=2))
+    else:
+        width = None if sys.stdout.isatty() else _TABLE_WIDTH
+        rich.console.Console(width=width).print(table(rows))
+    return 0
+
+
+def _jobs(options: argparse.Namespace, samples: Sequence[SampleFiles | LoadedSample], devices: Sequence[str]
+          ) -> list[Job]:
+    """The pairs with their settings: equal for all matchers, so the defaults are what every device can do."""
+    infos = []
+    for url in devices:
+        with connect(url) as device:
+            infos.append(device.info())
+    most    = min((info.max_disparities for info in infos), default=None)
+    missing = Feature(0)
+    for info in infos:
+        missing |= info.missing_features
+    default = MatcherSettings()
+    default = dataclasses.replace(
+        default,
+        disparities = min(default.disparities, most or default.disparities),
+        block_size  = min([default.block_size, *(info.max_block_size for info in infos)]),
+    ).without(missing)
+
+    jobs: list[Job] = []
+    for sample in samples:
+        enough = default.disparities
+        if sample.ndisp is not None:
+            enough = -(-sample.ndisp//DISPARITY_STEP)*DISPARITY_STEP
+        settings = chosen_settings(options, dataclasses.replace(default, disparities=min(enough, most or enough)))
+        for kind in options.opencv:
+            check_opencv(kind, settings)
+        jobs.append((sample, settings))
+    return jobs

@@ -1,0 +1,114 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""Metrics of Middlebury's stereo evaluation, version 3, and of KITTI, for maps that have holes.
+
+Three sets of pixels count. The known ones of a region have a true disparity; the valid ones of them have one in the map
+as well; the bad ones of these are off by more than a threshold. Middlebury's `bad` is the share of bad among known
+pixels: a hole is neither bad nor good, so a map with more holes has less of it. Read it beside the density, or take
+`bad_or_invalid`, to which a hole is as bad as an error (Middlebury's program calls it total bad), or `bad_of_valid`.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import ImageError
+
+#: Thresholds of bad pixels by their names, in pixels.
+THRESHOLDS_PX = {"0_5": 0.5, "1_0": 1.0, "2_0": 2.0, "4_0": 4.0}
+
+#: Error quantiles by their names, in percent.
+QUANTILES = {"a50": 50, "a90": 90, "a95": 95, "a99": 99}
+
+#: KITTI's D1: an error above both, in pixels and as a share of the true disparity.
+_D1_PX, _D1_SHARE = 3.0, 0.05
+
+#: All metrics, and what they are.
+METRICS = {
+    "known_pixels": "pixels of the region that have a true disparity",
+    "valid_pixels": "those of them that have a disparity in the map",
+    "density":      "valid pixels, % of the known ones",
+    **{f"bad_{name}":            f"valid pixels more than {limit} pixels off, % of the known ones"
+       for name, limit in THRESHOLDS_PX.items()},
+    **{f"bad_or_invalid_{name}": f"pixels without a disparity or more than {limit} pixels off, % of the known ones"
+       for name, limit in THRESHOLDS_PX.items()},
+    **{f"bad_of_valid_{name}":   f"valid pixels more than {limit} pixels off, % of the valid ones"
+       for name, limit in THRESHOLDS_PX.items()},
+    "avgerr":        "mean absolute error of the valid pixels, pixels",
+    "rms":           "root of their mean squared error, pixels",
+    **{name: f"absolute error that {share} % of the valid pixels do not exceed, pixels"
+       for name, share in QUANTILES.items()},
+    "d1":            "valid pixels more than 3 pixels and 5 % off, % of the known ones (KITTI)",
+    "d1_or_invalid": "pixels without a disparity or so far off, % of the known ones",
+    "d1_of_valid":   "valid pixels so far off, % of the valid ones",
+}
+
+
+def measure(disparity_px: NDArray[np.float32], truth_px: NDArray[np.float32], region: NDArray[np.bool_] | None = None,
+            max_disparity_px: float | None = None) -> dict[str, float]:
+    """The metrics of one map in one region, by the names in `METRICS`; nan where there is no pixel to tell from.
+
+    Parameters
+    ----------
+    disparity_px
+        The map: float32, H x W, in pixels, nan where there is no disparity.
+    truth_px
+        True disparities: float32, H x W, in pixels, nan where they are unknown.
+    region
+        Pixels that count: bool, H x W; None for all.
+    max_disparity_px
+        Largest disparity of the data set. The map is cut to 0 up to it, as Middlebury does it: to know the range is no
+        merit. None to leave the map as it is.
+
+    Raises
+    ------
+    ImageError
+        The shapes differ.
+    """
+    for what, other in (("ground truth", truth_px), ("region", region)):
+        if other is not None and other.shape != disparity_px.shape:
+            raise ImageError(f"the {what} is {other.shape[1]}x{other.shape[0]} pixels, "
+                             f"the disparity map {disparity_px.shape[1]}x{disparity_px.shape[0]}")
+    known  = np.isfinite(truth_px) if region is None else np.isfinite(truth_px) & region
+    valid  = known & np.isfinite(disparity_px)
+    pixels = disparity_px[valid].astype(np.float64)
+    truth  = truth_px[valid].astype(np.float64)
+    if max_disparity_px is not None:
+        pixels = pixels.clip(0, max_disparity_px)
+    errors = np.abs(pixels - truth)
+    counts = int(known.sum()), errors.size
+    bad    = {f"bad_{name}": errors > limit for name, limit in THRESHOLDS_PX.items()}
+    bad   |= {"d1": (errors > _D1_PX) & (errors > _D1_SHARE*truth)}
+    shares = {name: value for metric, wrong in bad.items() for name, value in _shares(metric, wrong, *counts).items()}
+    values = {
+        "known_pixels": counts[0],
+        "valid_pixels": counts[1],
+        "density":      _percent(counts[1], counts[0]),
+        "avgerr":       float(errors.mean()) if errors.size else math.nan,
+        "rms":          float(np.sqrt(np.mean(errors**2))) if errors.size else math.nan,
+        **{name: float(np.percentile(errors, share)) if errors.size else math.nan
+           for name, share in QUANTILES.items()},
+        **shares,
+    }
+    return {name: values[name] for name in METRICS}
+
+
+def _shares(metric: str, wrong: NDArray[np.bool_], known: int, valid: int) -> dict[str, float]:
+    """The three shares of a kind of error: `bad_1_0`, `bad_or_invalid_1_0`, `bad_of_valid_1_0`."""
+    kind, underscore, limit = metric.partition("_")
+    count = int(wrong.sum())
+    return {
+        metric:                                  _percent(count, known),
+        f"{kind}_or_invalid{underscore}{limit}": _percent(count + known - valid, known),
+        f"{kind}_of_valid{underscore}{limit}":   _percent(count, valid),
+    }
+
+
+def _percent(count: int, of: int) -> float:
+    return 100.0*count/of if of else math.nan

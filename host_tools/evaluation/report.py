@@ -1,0 +1,92 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""Rows of an evaluation as a table, as CSV, and as what JSON has."""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import rich.box
+import rich.table
+import rich.text
+
+from ..errors import ImageError
+from .metrics import METRICS
+from .regions import REGIONS
+from .work import Row
+
+#: Metrics of the table, and the heads of their columns: as many as a terminal of 80 characters takes.
+_COLUMNS = {
+    "density":            "density\n%",
+    "bad_1_0":            "bad-1.0\n%",
+    "bad_2_0":            "bad-2.0\n%",
+    "bad_or_invalid_2_0": "or none\n%",
+    "avgerr":             "avgerr\npx",
+    "a90":                "A90\npx",
+    "d1":                 "D1\n%",
+}
+
+#: Of a name at least that much is in one line, in characters: what a terminal of 80 leaves.
+_NAME_WIDTH = 20
+
+#: Name of the rows that are means over the pairs.
+MEAN = "mean"
+
+
+def means(rows: Sequence[Row]) -> list[Row]:
+    """A row for each matcher and region: means over the pairs, each of the same weight, of those that have a value."""
+    found: list[Row] = []
+    kinds = dict.fromkeys((row.matcher, row.region) for row in rows)
+    for matcher, region in sorted(kinds, key=lambda kind: REGIONS.index(kind[1])):
+        same   = [row.metrics for row in rows if (row.matcher, row.region) == (matcher, region)]
+        values = {name: [metrics[name] for metrics in same if not math.isnan(metrics[name])] for name in METRICS}
+        found.append(Row(MEAN, matcher, region, {name: sum(numbers)/len(numbers) if numbers else math.nan
+                                                 for name, numbers in values.items()}))
+    return found
+
+
+def table(rows: Sequence[Row]) -> rich.table.Table:
+    """The rows for people: matchers one below the other, to be compared, and means last if there are several pairs."""
+    built = rich.table.Table(box=rich.box.SIMPLE, collapse_padding=True, pad_edge=False, show_edge=False)
+    built.add_column("pair, region\n  matcher", overflow="fold", min_width=_NAME_WIDTH)
+    for head in _COLUMNS.values():
+        built.add_column(head, justify="right", no_wrap=True)
+    lines  = [*rows, *(means(rows) if len({row.pair for row in rows}) > 1 else ())]
+    groups = dict.fromkeys((row.pair, row.region) for row in lines)
+    for pair, region in groups:
+        # As Text, because a name may have brackets, which are rich's markup.
+        built.add_row(rich.text.Text(f"{pair}, {region}"))
+        for row in lines:
+            if (row.pair, row.region) == (pair, region):
+                built.add_row(rich.text.Text(f"  {row.matcher}"), *(_text(row.metrics[name]) for name in _COLUMNS))
+        built.add_section()
+    return built
+
+
+def _text(value: float) -> str:
+    return "-" if math.isnan(value) else f"{value:.2f}"
+
+
+def as_json(rows: Sequence[Row]) -> list[dict[str, Any]]:
+    """The rows as JSON has them: null where there is no value."""
+    return [{"pair": row.pair, "matcher": row.matcher, "region": row.region,
+             **{name: None if math.isnan(value) else value for name, value in row.metrics.items()}} for row in rows]
+
+
+def write_csv(path: Path, rows: Sequence[Row]) -> None:
+    """Writes the rows, empty where there is no value; raises ImageError if that cannot be."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with path.open("w", newline="", encoding="utf-8") as file:
+            writer = csv.DictWriter(file, ["pair", "matcher", "region", *METRICS], lineterminator="\n")
+            writer.writeheader()
+            writer.writerows(as_json(rows))
+    except OSError as error:
+        raise ImageError(f"{path}: cannot be written: {error.strerror or error}") from None

@@ -1,0 +1,116 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""A stereo pair of a data set: where its files are, and what is in them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import DatasetError
+from ..ground_truth import read_ground_truth
+from ..images import read_grey, read_image
+from .regions import regions
+
+#: What stands in a mask of Middlebury for a pixel of the region; other grey values say why it is none.
+_IN_MASK = 255
+
+
+@dataclass(frozen=True)
+class Sample:
+    """A pair with its truth.
+
+    Parameters
+    ----------
+    name
+        Name of the pair.
+    left, right
+        uint8, H x W.
+    truth
+        True disparities: float32, H x W, in pixels, nan where they are unknown.
+    regions
+        By name, see `regions.regions`: bool, H x W.
+    """
+
+    name:    str
+    left:    NDArray[np.uint8]
+    right:   NDArray[np.uint8]
+    truth:   NDArray[np.float32]
+    regions: dict[str, NDArray[np.bool_]]
+
+
+@dataclass(frozen=True)
+class SampleFiles:
+    """Where a pair is.
+
+    Parameters
+    ----------
+    name
+        Name of the pair.
+    left, right, truth
+        Files of the images and of the true disparities of the left one.
+    right_truth
+        File of the true disparities of the right image; None if there is none.
+    nonocc, disc
+        Files of the masks, 255 in the region; None if there is none.
+    nonocc_truth
+        File of the true disparities of only the pixels that both cameras see, as KITTI has it in place of a mask.
+    scale
+        What the values of the truths are divided by to become pixels; None as `read_ground_truth` takes it.
+    ndisp
+        Number of disparities that the data set says are enough; None if it does not say.
+    """
+
+    name:         str
+    left:         Path
+    right:        Path
+    truth:        Path
+    right_truth:  Path | None  = None
+    nonocc:       Path | None  = None
+    disc:         Path | None  = None
+    nonocc_truth: Path | None  = None
+    scale:        float | None = None
+    ndisp:        int | None   = None
+
+    def load(self) -> Sample:
+        """What is in the files.
+
+        Raises
+        ------
+        ImageError
+            A file is missing, or is none of its kind.
+        DatasetError
+            The files are of different sizes.
+        """
+        left = read_grey(self.left)[0]
+
+        def fitting(image: NDArray[Any], path: Path) -> NDArray[Any]:
+            if image.shape != left.shape:
+                raise DatasetError(f"{path}: is {image.shape[1]}x{image.shape[0]} pixels, the left image of the pair "
+                                   f"{left.shape[1]}x{left.shape[0]}")
+            return image
+
+        def truth(path: Path) -> NDArray[np.float32]:
+            return fitting(read_ground_truth(path, self.scale), path)
+
+        def mask(path: Path | None) -> NDArray[np.bool_] | None:
+            return None if path is None else np.asarray(fitting(read_grey(path)[0], path) == _IN_MASK)
+
+        right       = fitting(read_grey(self.right)[0], self.right)
+        left_truth  = truth(self.truth)
+        right_truth = None if self.right_truth is None else truth(self.right_truth)
+        nonocc      = mask(self.nonocc) if self.nonocc_truth is None else np.isfinite(truth(self.nonocc_truth))
+        return Sample(self.name, left, right, left_truth, regions(left_truth, right_truth, nonocc, mask(self.disc)))
+
+
+def image_size(path: Path) -> tuple[int, int]:
+    """Width and height of the image in a file; raises ImageError if it is none."""
+    height, width = read_image(path).shape[:2]
+    return width, height
