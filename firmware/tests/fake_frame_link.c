@@ -44,7 +44,8 @@ static struct {
         uint32_t arrived[WORDS_MAX];
     } slot[SLOTS];
     bool     clearing;
-    unsigned cleared;  /* Slot. */
+    unsigned cleared;  /* Slot, */
+    bool     wanted;   /* and it has not been closed meanwhile. */
     struct {
         bool     busy;
         unsigned slot;
@@ -85,7 +86,7 @@ static void settle(void)
     }
     if (regs.clearing) {
         memset(regs.slot[regs.cleared].arrived, 0, sizeof(regs.slot[0].arrived));
-        regs.slot[regs.cleared].open = true;
+        regs.slot[regs.cleared].open = regs.wanted;
         regs.clearing                = false;
     }
     if (regs.chunk.busy) {
@@ -344,6 +345,7 @@ void frame_link_slot_control_write(uint16_t value)
     REQUIRE(slot < SLOTS && (value >> 8 == 1 || value >> 8 == 2));
     if (value >> 8 == 2) {
         regs.slot[slot].open = false;
+        regs.wanted          = regs.wanted && slot != regs.cleared;
         return;
     }
     REQUIRE(!regs.clearing && regs.base % ALIGNMENT == 0);
@@ -355,6 +357,7 @@ void frame_link_slot_control_write(uint16_t value)
     regs.slot[slot].missing  = 2 * pitch_of(regs.pixels) / CHUNK;
     regs.clearing            = true;
     regs.cleared             = slot;
+    regs.wanted              = true;
 }
 
 uint8_t frame_link_slot_status_read(void)

@@ -23,7 +23,7 @@ typedef struct {
     uint16_t port;        /**< UDP. */
     bool     streaming;   /**< There is a way for streamed frames. */
     unsigned skips;       /**< One in so many parts of streamed maps, at random, never goes out; 0 for none. */
-    bool     hang;        /**< Nothing that is under way comes to its end. */
+    bool     hang;        /**< Nothing that is under way comes to its end, and no pairs are taken. */
     bool   (*matching)(void);  /**< Whether the matcher is at work; may be null. */
     /** Takes a datagram; false if it cannot yet. */
     bool   (*send)(const peer_t *peer, const uint8_t *bytes, size_t length);

@@ -50,7 +50,7 @@ void fake_stream_open(uint32_t token, const peer_t *peer)
     stream.map_size = stream.sent = 0;
 }
 
-/* Parts that have begun to leave do so to the end, so a link that hangs goes on sending. */
+/* A link that hangs does not even see that nothing is left to send. */
 void fake_stream_close(void)
 {
     stream.open  = false;
@@ -73,8 +73,8 @@ fake_stream_fate_t fake_stream_take(const message_t *message)
 {
     uint32_t rest = stream.size - stream.taken;
 
-    if (!stream.open || message->frame_id != stream.frame_id || message->offset % CHUNK != 0
-        || message->offset > stream.taken) {
+    if (!stream.open || fake_frame_link.hang || message->frame_id != stream.frame_id
+        || message->offset % CHUNK != 0 || message->offset > stream.taken) {
         return FAKE_STREAM_UNFIT;
     }
     if (message->offset < stream.taken) {

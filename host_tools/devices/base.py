@@ -109,7 +109,8 @@ class Result:
 
     `disparity` is int16, H x W, in sixteenths of a pixel, `settings.invalid` where there is none. `clocks`
     counts from the start to the last write, `first_row_clocks` to the end of the first row that has
-    disparities; both are None where nothing counts clocks. The seconds are wall-clock time of this host.
+    disparities; both are None where nothing counts clocks. The seconds are wall-clock time of this host. Those of a
+    streamed frame overlap, and its clocks go on while pixels are waited for.
     """
 
     disparity:        NDArray[np.int16]

@@ -69,16 +69,19 @@ class Pipeline:
         """Sets a frame on its way."""
         self._journeys.append(self._kind(self._route, frame, self._former, self._progress))
 
-    def send(self) -> None:
-        """Sends what is to be sent, and waits for nothing: a matcher waits for pixels, whoever waits for results."""
+    def tend(self) -> None:
+        """Goes on with what does not bear a wait while others are stepped: a matcher waits for pixels, and gives up."""
+        self._step_all(None)
+
+    def _step_all(self, first: Journey | None) -> None:
         for journey in (*self._journeys, *self._leaving):
             due = not any(other.feeding for other in self._journeys if other is not journey)
-            journey.step(bool(self._journeys) and journey is self._journeys[0], due)
+            journey.step(journey is first, due)
 
     def step(self) -> Result | None:
         """Does what is to be done, and waits for the network; returns the result of the first frame if it is here."""
-        self.send()
         first = self._journeys[0]
+        self._step_all(first)
         if first.arrived:
             self._leaving.append(self._journeys.popleft())
             first.step(True, True)

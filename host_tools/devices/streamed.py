@@ -56,9 +56,10 @@ class StreamedJourney(Journey):
         return self._sender is not None and not self._sender.done
 
     def _open(self) -> None:
-        super()._open()
+        # Before anything is sent: whoever is told of the progress may have had enough.
         if self._download is None:
             self._download = Download(self._route, self.frame, self._progress, live=True)
+        super()._open()
         if self._call is not None:
             self._download.listen(self._call.request.sequence)
 

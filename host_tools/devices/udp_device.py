@@ -95,7 +95,7 @@ class UdpDevice(RemoteDevice):
                 continue
             for other in self._pipelines:
                 if other is not pipeline:
-                    other.send()
+                    other.tend()
             result = pipeline.step()
             if result is not None:
                 self._count(result)

@@ -7,6 +7,7 @@
 
 import contextlib
 import itertools
+import signal
 import socket
 import threading
 import time
@@ -40,6 +41,25 @@ STREAMED = "?mode=streamed"
 
 #: Matches of small frames that take longer than their parts need to leave.
 SLOW = ("--clocks-per-pixel", "14")
+
+
+class Enough(Exception):
+    """What a test raises in the middle of something."""
+
+
+@contextlib.contextmanager
+def interrupted_after(seconds):
+    """Raises Enough in the main thread, wherever it is then."""
+    def alarm(*_):
+        raise Enough
+
+    before = signal.signal(signal.SIGALRM, alarm)
+    signal.setitimer(signal.ITIMER_REAL, seconds)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, before)
 
 
 @pytest.fixture
@@ -239,9 +259,6 @@ def test_an_error_in_mid_frame_leaves_the_device_usable(after):
     (large,) = pairs(1, 320, 200)
     (small,) = pairs(1)
 
-    class Enough(Exception):
-        pass
-
     def progress(phase, done, total):
         if phase == "upload" and done >= after:
             raise Enough
@@ -255,6 +272,55 @@ def test_an_error_in_mid_frame_leaves_the_device_usable(after):
             expect(device.compute(*small, SETTINGS), small)
         counted = device.statistics()
     assert counted["frames_failed"] > 0
+
+
+def test_progress_that_raises_before_anything_is_sent_opens_no_frame(shared_url):
+    (pair,) = pairs(1)
+
+    def progress(phase, done, total):
+        raise Enough
+
+    with connect(shared_url) as device:
+        before = device.statistics()["frames_opened"]
+        with pytest.raises(Enough):
+            device.compute(*pair, SETTINGS, progress)
+        device._link.idle(0.05)
+        assert device.statistics()["frames_opened"] == before
+        expect(device.compute(*pair, SETTINGS), pair)
+
+
+def test_a_frame_that_nobody_feeds_is_released_by_the_one_behind_it():
+    """A STREAM that arrives after the RELEASE of its frame opens it, and it would keep the matcher for five seconds."""
+    (pair,) = pairs(1)
+
+    class Holding(Faults):
+        holding = True
+
+        def carry(self, to, datagram):
+            if self.holding and datagram[3] == MessageType.STREAM:
+                late.append((to, datagram))
+                return []
+            return super().carry(to, datagram)
+
+        def overdue(self):
+            gone = [] if self.holding else late[:]
+            del late[:len(gone)]
+            return gone + super().overdue()
+
+    late: list = []
+    to_device  = Holding()
+    with (native_udp_device() as port, udp_proxied(port, to_device) as network,
+          connect(network.url + STREAMED) as device):
+        with interrupted_after(0.2), pytest.raises(Enough):
+            device.compute(*pair, SETTINGS)
+        to_device.holding = False
+        while late:
+            time.sleep(0.001)
+        begin = time.monotonic()
+        expect(device.compute(*pair, SETTINGS), pair)
+        assert 0.3 < time.monotonic() - begin < 4
+        counted = device.statistics()
+    assert (counted["frames_opened"], counted["frames_failed"], counted["frames_released"]) == (2, 1, 2)
 
 
 def test_whoever_takes_his_time_loses_no_frame():
