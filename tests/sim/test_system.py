@@ -23,7 +23,7 @@ from litestereo.host_tools.device import connect
 from litestereo.host_tools.settings import MatcherSettings
 from litestereo.sim.bench import measure
 from litestereo.sim.build import SimulationError
-from litestereo.sim.system import start_simulation
+from litestereo.sim.system import SYS_CLK_HZ, start_simulation
 from support.checked import check_small_frame, check_stream
 from support.data import stereo_pair
 from support.drawn import any_settings, drawn_settings
@@ -182,8 +182,19 @@ def test_opencv(simulation, name, count):
 
 @pytest.mark.xdist_group("sdram")
 def test_sdram():
-    """LiteX's BIOS boots the firmware from flash; memory is LiteDRAM's model of the chip."""
-    with start_simulation("sdram") as simulation, connect(f"tcp://127.0.0.1:{simulation.port}") as device:
+    """LiteX's BIOS boots the firmware from flash; memory is LiteDRAM's model of the chip, the wire a board's."""
+    with start_simulation("sdram", byte_clock_hz=SYS_CLK_HZ*125//60) as simulation:
+        check_serial_line(simulation)
+        for mode in ("stored", "streamed"):
+            pairs = [textured_pair(320, 120, generator(55), shift) for shift in (3, 12, 20)]
+            with connect(f"udp://127.0.0.1:{simulation.udp_port}?mode={mode}") as device:
+                for pair, result in zip(pairs, device.stream(pairs, MatcherSettings(64, 9)), strict=True):
+                    assert np.array_equal(result.disparity, expected_map(*pair, MatcherSettings(64, 9)))
+
+
+def check_serial_line(simulation):
+    """Self test, clocks and a frame over the serial line."""
+    with connect(f"tcp://127.0.0.1:{simulation.port}") as device:
         assert "selftest: passed" in device.console("selftest", 200)
         result = measure(device, (640, 480, 64, 9, "all"))
         assert 1 < result.clocks_per_pixel < 2
