@@ -1,0 +1,155 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""Tables 5.5 and 5.6 and figure 5.2: clocks of an image pair, and what they make of frame rates."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...host_tools.device import connect
+from ...soc.resources import table
+from ..bench import measure as bench
+from ..build import MATCHER, MEMORIES
+from ..pattern import LEFT_SEED, RIGHT_SEED, pattern
+from ..stereobm import stereo_bm
+from .area import placed_mhz
+from .pictures import Curve, plot
+from .presets import BARE, PUBLISHED, Preset, Scale
+from .section import Section
+
+Row = dict[str, Any]
+
+#: Frames whose map is compared with the model's: those of the tables and smaller ones. The model is slow.
+CHECKED_PIXELS = 640*480
+
+
+class WrongMap(RuntimeError):
+    """The gateware's map is not the model's."""
+
+
+def cosim_clocks(scale: Scale, preset: Preset, sizes: Sequence[tuple[int, int]]) -> list[int]:
+    """Clocks from the first pixel pair in to the last pixel of the map out, of frames of these widths and heights.
+
+    Raises
+    ------
+    WrongMap
+        A map that is compared is not the model's.
+    """
+    matcher  = preset.cosim(scale.max_width)
+    settings = preset.settings()
+    found    = []
+    for width, height in sizes:
+        left, right = (pattern(width, height, seed) for seed in (LEFT_SEED, RIGHT_SEED))
+        matcher.core.reset()  # Right behind a frame the next one waits a clock longer.
+        disparity, clocks, _ = matcher.match_settings(left, right, settings)
+        if width*height <= CHECKED_PIXELS and not np.array_equal(disparity, stereo_bm(left, right, settings)):
+            raise WrongMap(f"the map of {preset.name} at {width}x{height} is not the model's")
+        found.append(clocks)
+    matcher.close()
+    return found
+
+
+def fits_system(scale: Scale, preset: Preset) -> bool:
+    """Whether the simulated SoC can match a frame with the settings of a preset's sums."""
+    return (preset.features == BARE and scale.width <= MATCHER["max_width"]
+            and preset.disparities <= MATCHER["disparities"] and preset.block_size <= MATCHER["max_block_size"])
+
+
+# Table 5.5 ----------------------------------------------------------------------------------------
+
+def measure_clocks(scale: Scale, folder: Path) -> list[Row]:
+    """Clocks of the matcher alone, and from memory to memory in the full system."""
+    rows = []
+    for preset in scale.presets:
+        (clocks,) = cosim_clocks(scale, preset, [(scale.width, scale.height)])
+        rows.append({"preset": preset.name, "width": scale.width, "height": scale.height, "clocks": clocks})
+    for memory in MEMORIES if any(fits_system(scale, preset) for preset in scale.presets) else ():
+        with connect(f"sim:?ram={memory}&link=serial") as device:
+            for preset, row in zip(scale.presets, rows, strict=True):
+                if fits_system(scale, preset):
+                    case = (scale.width, scale.height, preset.disparities, preset.block_size, "sad")
+                    row[memory] = bench(device, case).clocks
+    return rows
+
+
+def clock_fields(result: list[Row]) -> dict[str, object]:
+    """Fields of table 5.5."""
+    names  = {"clocks": "matcher alone", "integrated-ram": "integrated RAM", "sdram": "SDRAM"}
+    header = ["configuration", *(f"{name}, clocks" for name in names.values()),
+              *(f"{name}, clocks per pixel" for name in names.values())]
+    rows   = [[row["preset"], *(row.get(key, "") for key in names),
+               *(f"{row[key]/(row['width']*row['height']):.4f}" if key in row else "" for key in names)]
+              for row in result]
+    return {"table": table(header, rows), "width": result[0]["width"], "height": result[0]["height"]}
+
+
+# Table 5.6 and figure 5.2 -------------------------------------------------------------------------
+
+def measure_rates(scale: Scale, folder: Path) -> dict[str, Any]:
+    """Clocks of frames of many sizes, the clock that a preset reaches, and the plot."""
+    rows   = []
+    curves = []
+    for preset in scale.presets:
+        clocks = cosim_clocks(scale, preset, scale.sizes)
+        rows.append({"preset": preset.name, "clocks": clocks, "published_fps": preset.published_fps,
+                     "mhz": placed_mhz(scale, preset)})
+        curves.append(Curve(preset.name, [width*height for width, height in scale.sizes],
+                            [1e6*scale.clock_mhz/count for count in clocks]))
+    for preset in scale.presets:
+        if preset.published_fps:
+            name = f"thesis, {preset.block_size}x{preset.block_size} {PUBLISHED}"
+            curves.append(Curve(name, [scale.width*scale.height], [preset.published_fps], published=True))
+    plot(folder / "frame_rate.png", curves, "pixels of an image",
+         f"frames per second at {scale.clock_mhz} MHz", logarithmic=True)
+    return {"rows": rows, "sizes": scale.sizes, "clock_mhz": scale.clock_mhz,
+            "frame": scale.sizes.index((scale.width, scale.height))}
+
+
+def rate_fields(result: dict[str, Any]) -> dict[str, object]:
+    """Fields of table 5.6."""
+    mhz, frame = result["clock_mhz"], result["frame"]
+    header = ["configuration", "frames per second in the thesis", f"at {mhz} MHz", "clock on the ECP5, MHz",
+              "frames per second at it", "clock that equals the thesis, MHz"]
+    rows   = []
+    for row in result["rows"]:
+        clocks, fps, placed = row["clocks"][frame], row["published_fps"], row["mhz"]
+        rows.append([row["preset"], f"{fps} {PUBLISHED}" if fps else "", f"{1e6*mhz/clocks:.2f}",
+                     placed or "does not fit", f"{1e6*placed/clocks:.2f}" if placed else "",
+                     f"{fps*clocks/1e6:.2f}" if fps else ""])
+    by_size = [[f"{width} x {height}", *(f"{1e6*mhz/row['clocks'][place]:.1f}" for row in result["rows"])]
+               for place, (width, height) in enumerate(result["sizes"])]
+    width, height = result["sizes"][frame]
+    return {"table": table(header, rows), "mhz": mhz, "width": width, "height": height,
+            "by_size": table(["image", *(row["preset"] for row in result["rows"])], by_size)}
+
+
+SECTIONS = [
+    Section("Table 5.5", "clock cycles of an image pair", """\
+Frames of {width} x {height} pixels. `matcher alone` is its Verilog in Verilator, from the first pixel pair
+in to the last pixel of the map out, every map compared with the reference model. The other columns are the
+full system in litex_sim, from memory to memory, the console's `bench` with the same settings on a matcher
+that is built with all stages; a preset that this SoC is not built for has none. The number of disparities
+makes no difference but the length of the pipeline.
+
+{table}""", measure_clocks, clock_fields),
+    Section("Table 5.6", "frame rates", """\
+Frames of {width} x {height} pixels. The two rates of the thesis are published, by its author's simulation;
+the clock behind them is not known to us. At {mhz} MHz, a round number and no measurement, and at the clock
+that each preset reaches after place and route (Table 5.4) ours are the clocks of the matcher alone, which
+memory has to keep up with. The last column is the clock at which ours would make as many frames as the
+thesis.
+
+{table}
+Figure 5.2: frames per second over image sizes at {mhz} MHz.
+
+![Frames per second over image sizes](images/thesis/frame_rate.png)
+
+{by_size}""", measure_rates, rate_fields),
+]
