@@ -43,13 +43,16 @@ class Section:
         The text's fields, from what `measure` has returned.
     needs_pairs
         Whether it looks at the Middlebury pairs.
+    uses
+        Further files of this package that it depends on.
     """
     label:       str
     title:       str
     text:        str
     measure:     Callable[[Scale, Path], Any]
     fields:      Callable[[Any], dict[str, object]]
-    needs_pairs: bool = False
+    needs_pairs: bool            = False
+    uses:        tuple[str, ...] = ()
 
     @property
     def name(self) -> str:
@@ -60,7 +63,8 @@ class Section:
         """Folder with `result.json` and pictures; measured once for each content."""
         package = SIM_DIR.parent
         module  = Path(self.measure.__code__.co_filename)
-        key     = content_key([repr(scale), module.read_bytes(), *((PACKAGE / name).read_bytes() for name in SHARED),
+        key     = content_key([repr(scale), module.read_bytes(),
+                               *((PACKAGE / name).read_bytes() for name in (*SHARED, *self.uses)),
                                *(path.read_bytes() for path in sorted(SIM_DIR.glob("*.py"))),
                                source_key(package / "gateware", package / "soc", package / "firmware"),
                                *(version(name) for name in LITEX_PACKAGES), data_key() if self.needs_pairs else ""])
