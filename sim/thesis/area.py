@@ -14,7 +14,7 @@ from typing import Any
 from ...soc.place import PACKAGE, SPEED_GRADE, place
 from ...soc.resources import PLACEMENTS, table, tools
 from ...soc.synthesis import emit, resources, synthesize
-from .presets import Preset, Scale
+from .presets import BARE, Preset, Scale
 from .section import Section
 
 #: Families: that of the board of the thesis, and the one that open tools place and route.
@@ -23,13 +23,13 @@ FAMILIES = ("Spartan-6", "ECP5")
 #: ECP5 on which presets are placed, and the clock that is asked for: those of resources.md.
 DEVICE, CONSTRAINT_MHZ = PLACEMENTS[0][:2]
 
-#: Most disparities that are placed: more take too long for a page that is made again and again.
+#: Most disparities that are placed, and without further stages: more takes too long for a page that is made again.
 MOST_PLACED = 64
 
 
 def placed_mhz(scale: Scale, preset: Preset) -> float | None:
     """Clock that a preset reaches on the ECP5; None if it is not placed. Raises ToolError as `place` does."""
-    if preset.disparities > MOST_PLACED:
+    if preset.features != BARE or preset.disparities > MOST_PLACED:
         return None
     return round(place(DEVICE, CONSTRAINT_MHZ, scale.width, *preset.build).mhz, 1)
 
@@ -60,8 +60,9 @@ SECTIONS = [
 The matcher alone, for images {width} pixels wide, without CPU, memory and link;
 [resources.md](resources.md) says what the columns count and has more builds. The Spartan-6 is the family of
 the board of the thesis; its place and route is not open, so it has no clock here. The clock is that of an
-{device} ({package}, speed grade {grade}, the slowest), {constraint} MHz asked for; what has
-more than {most} disparities is not placed here. {tools}.
+{device} ({package}, speed grade {grade}, the slowest), {constraint} MHz asked for. Placed
+are sums alone of up to {most} disparities; [resources.md](resources.md#place-and-route-on-an-ecp5) has a
+matcher with all stages. {tools}.
 
 {table}""", measure, fields),
 ]
