@@ -108,7 +108,7 @@ class Scale:
     block_sizes: tuple[int, ...]             = tuple(range(3, 22, 2))
     disparities: tuple[int, ...]             = (16, 32, 64, 128)
     clock_mhz:   int                         = 100
-    strip_rows:  int                         = 32
+    strip_rows:  int                         = 20
 
     @property
     def max_width(self) -> int:

@@ -49,7 +49,7 @@ def compiled(folder: Path) -> Path:
 
 
 def serial(program: Path, pair: StereoPair, preset: Preset) -> tuple[float, NDArray[np.int16]]:
-    """Shortest time of a frame in seconds, and the map."""
+    """Shortest time of a frame in seconds of the processor, and the map."""
     height, width = pair.left.shape
     numbers = (width, height, preset.disparities, preset.block_size, FRAMES)
     done    = subprocess.run([program, *map(str, numbers)], input=pair.left.tobytes() + pair.right.tobytes(),
@@ -105,10 +105,10 @@ SECTIONS = [
     Section("Table 5.7", "a serial program in C against the accelerator", """\
 The program is the firmware's matcher for the CPU (`firmware/app/stereo_bm.c`, running sums, one thread),
 the accelerator is its Verilog in Verilator; their maps are equal. On the computer that made this page (gcc
-{options}) the program takes so many times as long as the accelerator at {mhz} MHz: a ratio, as the time
-itself is that computer's own. On the VexRiscv of the SoC in litex_sim both are in clocks: the console's
-`cpu_bench`, on noise of the pair's width and of {strip} rows and half of them, from which the clocks of the
-remaining rows follow. It has no memory for the sums of more disparities.
+{options}, the processor's time) the program takes so many times as long as the accelerator at {mhz} MHz: a
+ratio, as the time itself is that computer's own. On the VexRiscv of the SoC in litex_sim both are in
+clocks: the console's `cpu_bench`, on noise of the pair's width and of {strip} rows and half of them, from
+which the clocks of the remaining rows follow. It has no memory for the sums of more disparities.
 
-{table}""", measure, fields, needs_pairs=True),
+{table}""", measure, fields, needs_pairs=True, uses=("serial_sad.c",)),
 ]
