@@ -31,7 +31,8 @@ its tables and figures of results, measured with this repository and written by 
 - Of the thesis' own values this page has those of its abstract only, each marked `{published}`: {rates}
   frames per second at {width} x {height}, by simulation, and the {pixels} pixels that
   it works on at once. All others are measured here, or are what a definition gives, and then it says so.
-- Ratios of times are of one run on one computer; everything else is the same in every run.
+- Ratios of times are of one run on one computer. Clocks of the full system and of its CPU differ a little from
+  run to run; everything else is the same in every run.
 """
 
 

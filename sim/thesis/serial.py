@@ -60,14 +60,15 @@ def serial(program: Path, pair: StereoPair, preset: Preset) -> tuple[float, NDAr
 
 def strips(scale: Scale) -> tuple[int, int]:
     """Rows of the two strips that the CPU matches, both higher than a block."""
-    return scale.strip_rows//2, scale.strip_rows//2 + 2
+    return scale.strip_rows//2, scale.strip_rows
 
 
 def cpu_clocks(device: Device, scale: Scale, preset: Preset, pair: StereoPair) -> int:
     """Clocks of the CPU of the SoC for a frame of the pair's size.
 
-    Two strips are measured, and the rows that the frame has beyond them are added: what a row takes does not
-    depend on the row. The whole frame would be an hour of simulation.
+    Two strips are measured, and the rows that the frame has beyond them are added. What a row takes depends on
+    where it lies in the CPU's data cache, so the strips differ by about as many rows as that cache holds: two rows
+    were a fifth off. The whole frame would be an hour of simulation.
     """
     height, width = pair.left.shape
     low, high     = strips(scale)
@@ -115,7 +116,8 @@ the accelerator is its Verilog in Verilator; their maps are equal. On the comput
 {options}, the processor's time) the program takes so many times as long as the accelerator at {mhz} MHz: a
 ratio, as the time itself is that computer's own. On the VexRiscv of the SoC in litex_sim both are in
 clocks: the console's `cpu_bench`, on noise of the pair's width and of {low} and {high} rows, from which
-the clocks of the remaining rows follow. One configuration stands for all: it is minutes of simulation.
+the clocks of the remaining rows follow, within some percent: what a row takes depends on where it lies in
+the data cache. One configuration stands for all: it is minutes of simulation.
 
 {table}""", measure, fields, needs_pairs=True, uses=("serial_sad.c",)),
 ]
