@@ -44,6 +44,10 @@ network: ## Synthesize and place the Ethernet part for an ECP5, check its clocks
 	@.ci/install fpga
 	@$(PYTHON) -m litestereo.soc.network_timing
 
+thesis: ## Measure a counterpart of every table and figure of the thesis, and write docs/thesis.md
+	@.ci/install fpga
+	@$(PYTHON) -m litestereo.sim.thesis
+
 sweep: install ## Compare the matcher with cv2.StereoBM at 2000 settings instead of 200
 	@LITESTEREO_SETTINGS=2000 $(PYTHON) -m pytest -n $(JOBS) --dist loadgroup tests/gateware/test_opencv.py
 
@@ -59,4 +63,4 @@ lint: install ## Check style and types
 clean: ## Remove everything that was built, but not .venv
 	rm -rf build
 
-.PHONY: help install demo test sim bench resources network sweep fuzz lint clean
+.PHONY: help install demo test sim bench resources network thesis sweep fuzz lint clean

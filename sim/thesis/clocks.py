@@ -1,0 +1,165 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""Tables 5.5 and 5.6 and figure 5.2: clocks of an image pair, and what they make of frame rates."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...host_tools.device import Device, connect
+from ...host_tools.settings import MatcherSettings
+from ...soc.resources import table
+from ..build import MATCHER, MEMORIES
+from ..pattern import LEFT_SEED, RIGHT_SEED, pattern
+from ..stereobm import stereo_bm
+from .area import placed_mhz
+from .pictures import Curve, plot
+from .presets import PUBLISHED, Preset, Scale
+from .section import Section
+
+Row = dict[str, Any]
+
+#: Frames whose map is compared with the model's: those of the tables and smaller ones. The model is slow.
+CHECKED_PIXELS = 640*480
+
+
+class WrongMap(RuntimeError):
+    """The gateware's map is not the model's."""
+
+
+def cosim_clocks(scale: Scale, preset: Preset, sizes: Sequence[tuple[int, int]]) -> list[int]:
+    """Clocks from the first pixel pair in to the last pixel of the map out, of frames of these widths and heights.
+
+    Raises
+    ------
+    WrongMap
+        A map that is compared is not the model's.
+    """
+    matcher  = preset.cosim(scale.max_width)
+    settings = preset.settings()
+    found    = []
+    for width, height in sizes:
+        left, right = (pattern(width, height, seed) for seed in (LEFT_SEED, RIGHT_SEED))
+        matcher.core.reset()  # Right behind a frame the next one waits a clock longer.
+        disparity, clocks, _ = matcher.match_settings(left, right, settings)
+        if width*height <= CHECKED_PIXELS and not np.array_equal(disparity, stereo_bm(left, right, settings)):
+            raise WrongMap(f"the map of {preset.name} at {width}x{height} is not the model's")
+        found.append(clocks)
+    matcher.close()
+    return found
+
+
+def fits_system(scale: Scale, preset: Preset) -> bool:
+    """Whether the matcher of the simulated SoC, which has all stages, is large enough for a preset."""
+    return (scale.width <= MATCHER["max_width"] and preset.disparities <= MATCHER["disparities"]
+            and preset.block_size <= MATCHER["max_block_size"])
+
+
+def system_clocks(device: Device, scale: Scale, preset: Preset) -> int:
+    """Clocks of a frame from memory to memory on a device; raises WrongMap if the map is not the model's."""
+    settings    = preset.settings()
+    left, right = (pattern(scale.width, scale.height, seed) for seed in (LEFT_SEED, RIGHT_SEED))
+    result      = device.compute(left, right, MatcherSettings(**asdict(settings)))
+    if not np.array_equal(result.disparity, stereo_bm(left, right, settings)):
+        raise WrongMap(f"the full system's map of {preset.name} is not the model's")
+    return result.clocks or 0
+
+
+# Table 5.5 ----------------------------------------------------------------------------------------
+
+def measure_clocks(scale: Scale, folder: Path) -> list[Row]:
+    """Clocks of the matcher alone, and from memory to memory in the full system."""
+    rows = []
+    for preset in scale.presets:
+        (clocks,) = cosim_clocks(scale, preset, [(scale.width, scale.height)])
+        rows.append({"preset": preset.name, "width": scale.width, "height": scale.height, "clocks": clocks})
+    if any(fits_system(scale, preset) for preset in scale.presets):
+        with connect(f"sim:?ram={MEMORIES[0]}") as device:
+            for preset, row in zip(scale.presets, rows, strict=True):
+                if fits_system(scale, preset):
+                    row["system"] = system_clocks(device, scale, preset)
+    return rows
+
+
+def clock_fields(result: list[Row]) -> dict[str, object]:
+    """Fields of table 5.5."""
+    names  = {"clocks": "matcher alone", "system": "full system"}
+    header = ["configuration", *(f"{name}, clocks" for name in names.values()),
+              *(f"{name}, clocks per pixel" for name in names.values())]
+    rows   = [[row["preset"], *(row.get(key, "") for key in names),
+               *(f"{row[key]/(row['width']*row['height']):.4f}" if key in row else "" for key in names)]
+              for row in result]
+    return {"table": table(header, rows), "width": result[0]["width"], "height": result[0]["height"]}
+
+
+# Table 5.6 and figure 5.2 -------------------------------------------------------------------------
+
+def measure_rates(scale: Scale, folder: Path) -> dict[str, Any]:
+    """Clocks of frames of many sizes, the clock that a preset reaches, and the plot."""
+    rows   = []
+    curves = []
+    for preset in scale.presets:
+        clocks = cosim_clocks(scale, preset, scale.sizes)
+        rows.append({"preset": preset.name, "clocks": clocks, "published_fps": preset.published_fps,
+                     "mhz": placed_mhz(scale, preset)})
+        curves.append(Curve(preset.name, [width*height for width, height in scale.sizes],
+                            [1e6*scale.clock_mhz/count for count in clocks]))
+    thesis = [preset for preset in scale.presets if preset.published_fps]
+    blocks = " and ".join(f"{preset.block_size}x{preset.block_size}" for preset in thesis)
+    curves.append(Curve(f"thesis, {blocks} {PUBLISHED}", [scale.width*scale.height]*len(thesis),
+                        [preset.published_fps or 0.0 for preset in thesis], published=True))
+    plot(folder / "frame_rate.png", curves, "pixels of an image",
+         f"frames per second, ours at {scale.clock_mhz} MHz", logarithmic=True)
+    return {"rows": rows, "sizes": scale.sizes, "clock_mhz": scale.clock_mhz,
+            "frame": scale.sizes.index((scale.width, scale.height))}
+
+
+def rate_fields(result: dict[str, Any]) -> dict[str, object]:
+    """Fields of table 5.6."""
+    mhz, frame = result["clock_mhz"], result["frame"]
+    header = ["configuration", "frames per second in the thesis", f"at {mhz} MHz", "clock on the ECP5, MHz",
+              "frames per second at it", "clock that equals the thesis, MHz"]
+    rows   = []
+    for row in result["rows"]:
+        clocks, fps, placed = row["clocks"][frame], row["published_fps"], row["mhz"]
+        rows.append([row["preset"], f"{fps} {PUBLISHED}" if fps else "", f"{1e6*mhz/clocks:.2f}",
+                     placed or "", f"{1e6*placed/clocks:.2f}" if placed else "",
+                     f"{fps*clocks/1e6:.2f}" if fps else ""])
+    by_size = [[f"{width} x {height}", *(f"{1e6*mhz/row['clocks'][place]:.1f}" for row in result["rows"])]
+               for place, (width, height) in enumerate(result["sizes"])]
+    width, height = result["sizes"][frame]
+    return {"table": table(header, rows), "mhz": mhz, "width": width, "height": height,
+            "by_size": table(["image", *(row["preset"] for row in result["rows"])], by_size)}
+
+
+SECTIONS = [
+    Section("Table 5.5", "clock cycles of an image pair", """\
+Frames of {width} x {height} pixels. `matcher alone` is its Verilog in Verilator, from the first pixel pair
+in to the last pixel of the map out, every map compared with the reference model. `full system` is
+litex_sim with integrated RAM, its memory to its memory, on a matcher that is built with all stages; its maps
+are compared too. A preset that this SoC is not built for has none. The number of disparities makes no
+difference but the length of the pipeline.
+
+{table}""", measure_clocks, clock_fields),
+    Section("Table 5.6", "frame rates", """\
+Frames of {width} x {height} pixels. The two rates of the thesis are published, by its author's simulation;
+the clock behind them is not known to us. At {mhz} MHz, a round number and no measurement, and at the clock
+that each preset reaches after place and route (Table 5.4) ours are the clocks of the matcher alone, which
+memory has to keep up with. The last column is the clock at which ours would make as many frames as the
+thesis.
+
+{table}
+Figure 5.2: frames per second over image sizes, ours at {mhz} MHz.
+
+![Frames per second over image sizes](images/thesis/frame_rate.png)
+
+{by_size}""", measure_rates, rate_fields, uses=("area.py",)),
+]

@@ -1,0 +1,64 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""What a core consists of, counted in the design that migen has elaborated."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from litex.gen import LiteXModule
+from migen import Memory
+from migen.fhdl.structure import Constant
+from migen.fhdl.tools import list_targets
+from migen.fhdl.visit import NodeVisitor
+
+
+class _Operators(NodeVisitor):
+    """Counts operators, those with a constant apart: they belong to addresses and counters."""
+    def __init__(self) -> None:
+        self.counts: dict[str, int] = {}
+
+    def visit_Operator(self, node) -> None:
+        if not any(isinstance(operand, Constant) for operand in node.operands):
+            self.counts[node.op] = self.counts.get(node.op, 0) + 1
+        NodeVisitor.visit_Operator(self, node)
+
+
+@dataclass(frozen=True)
+class Contents:
+    """A core with all that is below it.
+
+    Parameters
+    ----------
+    operators
+        How often each operator stands in it, as migen names it, none of them with a constant.
+    register_bits
+        Bits that a clock edge changes.
+    memories
+        Width in bits and depth in words of each memory, by its name.
+    """
+    operators:     dict[str, int]
+    register_bits: int
+    memories:      dict[str, tuple[int, int]]
+
+    def count(self, *operators: str) -> int:
+        """Number of these operators."""
+        return sum(self.operators.get(operator, 0) for operator in operators)
+
+    def memory_bits(self, name: str) -> int:
+        """Size of a memory."""
+        width, depth = self.memories[name]
+        return width*depth
+
+
+def contents(core: LiteXModule) -> Contents:
+    """Counts what a core consists of, and elaborates it if need be."""
+    fragment = core.get_fragment()
+    visitor  = _Operators()
+    visitor.visit(fragment)
+    memories = {memory.name_override: (memory.width, memory.depth) for memory in fragment.specials
+                if isinstance(memory, Memory)}
+    return Contents(visitor.counts, sum(len(signal) for signal in list_targets(fragment.sync)), memories)

@@ -1,0 +1,126 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""Figure 5.3: overflow of the sums, which the thesis has in its section 5.7.1, and why ours have none."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...gateware.block_sum import BlockSum
+from ...gateware.column_sum import ColumnSum
+from ...gateware.parameters import MAX_BLOCK_SIZE, MIN_BLOCK_SIZE, MatcherParameters
+from ...host_tools.datasets import StereoPair
+from ...host_tools.images import disparity_pixels
+from ...soc.resources import table
+from .. import stages
+from ..cosim import CosimMatcher
+from ..stereobm import stereo_bm
+from .middlebury import stereo_pair
+from .pictures import maps
+from .presets import BARE, Preset, Scale
+from .section import Section
+
+#: The pair of the picture, as in the thesis.
+SHOWN = "tsukuba"
+
+#: Fewest bits that the sums of a block are cut to, for the table.
+FEWEST_BITS = 11
+
+#: Maps in a row of the picture.
+COLUMNS = 3
+
+
+def widths(disparities: int, block_size: int) -> dict[str, int]:
+    """Largest sums of a column and of a block, and the bits that the elaborated cores have for them."""
+    parameters = MatcherParameters(disparities + 2*MAX_BLOCK_SIZE, disparities=disparities, max_block_size=block_size,
+                                   features=BARE)
+    return {
+        "block_size":  block_size,
+        "column":      block_size*parameters.largest_pixel,
+        "column_bits": len(ColumnSum(parameters).source.sums)//disparities,
+        "cost":        block_size**2*parameters.largest_pixel,
+        "cost_bits":   len(BlockSum(parameters).source.costs)//disparities,
+    }
+
+
+def wrapped_map(pair: StereoPair, preset: Preset, bits: int) -> NDArray[np.int16]:
+    """What matching would give if the sums of a block had so many bits."""
+    settings = preset.settings()
+    height, width = pair.left.shape
+    columns  = settings.columns(width)
+    costs    = stages.block_costs(pair.left, pair.right, columns) & ((1 << bits) - 1)
+    margin   = preset.block_size//2
+    disparity = np.full((height, width), settings.invalid, np.int16)
+    disparity[margin:height - margin, columns.first:columns.first + columns.count] = stages.winners(costs)[0] << 4
+    disparity[:, :columns.valid.start] = settings.invalid
+    disparity[:, columns.valid.stop:]  = settings.invalid
+    return disparity
+
+
+def worst_case_differences(disparities: int) -> int:
+    """Pixels in which the gateware's map of black against white differs from the model's, at the largest block."""
+    size    = disparities + 2*MAX_BLOCK_SIZE
+    black   = np.zeros((size, size), np.uint8)
+    matcher = CosimMatcher(size, disparities, MAX_BLOCK_SIZE, BARE)
+    wrong   = 0
+    for left, right in ((black, ~black), (~black, black)):
+        settings = Preset(disparities, MAX_BLOCK_SIZE).settings()
+        wrong   += int((matcher.match_settings(left, right, settings)[0] != stereo_bm(left, right, settings)).sum())
+    matcher.close()
+    return wrong
+
+
+def measure(scale: Scale, folder: Path) -> dict[str, Any]:
+    """Widths of the sums, the worst case, and maps of sums that are cut."""
+    preset  = scale.presets[0]
+    pair    = stereo_pair(SHOWN)
+    needed  = widths(preset.disparities, preset.block_size)["cost_bits"]
+    right   = stereo_bm(pair.left, pair.right, preset.settings())
+    valid   = right > preset.settings().invalid
+    cut     = {bits: wrapped_map(pair, preset, bits) for bits in range(needed, FEWEST_BITS - 1, -1)}
+    maps(folder / "overflow.png", [(f"{bits} bits", disparity_pixels(one)) for bits, one in cut.items()],
+         preset.disparities - 1, COLUMNS)
+    sizes = sorted({MIN_BLOCK_SIZE, *(one.block_size for one in scale.presets), max(scale.block_sizes), MAX_BLOCK_SIZE})
+    return {
+        "preset":   preset.name,
+        "widths":   [widths(preset.disparities, size) for size in sizes],
+        "worst":    worst_case_differences(preset.disparities),
+        "changed":  {bits: 100*float((one != right)[valid].mean()) for bits, one in cut.items()},
+        "largest":  MAX_BLOCK_SIZE,
+    }
+
+
+def fields(result: dict[str, Any]) -> dict[str, object]:
+    """Fields of the figure."""
+    sums = table(["block", "largest column sum", "its bits", "bits built", "largest SAD", "its bits", "bits built"],
+        [[f"{row['block_size']}x{row['block_size']}", row["column"], row["column"].bit_length(), row["column_bits"],
+          row["cost"], row["cost"].bit_length(), row["cost_bits"]] for row in result["widths"]])
+    cuts = table(["bits of a SAD", "pixels with another disparity, %"],
+                 [[bits, f"{share:.2f}"] for bits, share in result["changed"].items()])
+    return {"sums": sums, "cuts": cuts, "worst": result["worst"], "largest": result["largest"],
+            "preset": result["preset"]}
+
+
+SECTIONS = [
+    Section("Figure 5.3", "overflow of the sums", """\
+The thesis has a figure of data overflow, on Tsukuba. Here sums have the bits of the largest one that there
+is, black against white: widths in the elaborated cores, beside the bits of the largest sum.
+
+{sums}
+`tests/gateware/test_overflow.py` drives the emitted Verilog of both sums, and the whole matcher, into that
+worst case with images all black against all white, at the largest block. Here, {largest}x{largest}: {worst}
+pixels differ from the model's.
+
+The picture is what would happen: Tsukuba ({preset}) by the model, its sums cut to fewer and fewer bits.
+
+![Tsukuba with sums of fewer bits](images/thesis/overflow.png)
+
+{cuts}""", measure, fields, needs_pairs=True),
+]

@@ -1,0 +1,71 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""The page: what stands on it, and in which order."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Iterable
+from pathlib import Path
+
+from ...soc.resources import commit
+from . import area, clocks, maps, overflow, serial, structure, windows
+from .middlebury import CREDIT
+from .presets import CITATION, OURS, PUBLISHED, THESIS, Scale
+from .section import Section
+
+SECTIONS: list[Section] = [*structure.SECTIONS, *area.SECTIONS, *clocks.SECTIONS, *serial.SECTIONS, *windows.SECTIONS,
+                           *overflow.SECTIONS, *maps.SECTIONS]
+
+HEADER = """\
+# A thesis and its counterpart
+
+{citation}, matches stereo pairs on a small FPGA by sums of absolute differences. This page has a counterpart to each of
+its tables and figures of results, measured with this repository and written by `make thesis`; commit {commit}.
+
+- Its two configurations are presets of our matcher: {presets}; grey values, whole pixels.
+  Ours come beside them: {ours}.
+- Of the thesis' own values this page has those of its abstract only, each marked `{published}`: {rates}
+  frames per second at {width} x {height}, by simulation, and the {pixels} pixels that
+  it works on at once. All others are measured here, or are what a definition gives, and then it says so.
+- Ratios of times are of one run on one computer. Clocks of the full system and of its CPU differ a little from
+  run to run; everything else is the same in every run.
+"""
+
+
+def header(scale: Scale) -> str:
+    """Beginning of the page."""
+    def both(values: Iterable[object]) -> str:
+        return " and ".join(f"{value} {PUBLISHED}" for value in values)
+
+    return HEADER.format(citation=CITATION, commit=commit(), published=PUBLISHED,
+                         width=scale.width, height=scale.height,
+                         presets=" and ".join(preset.name for preset in THESIS),
+                         ours="; ".join(preset.name for preset in OURS),
+                         rates=both(preset.published_fps for preset in THESIS),
+                         pixels=both(preset.published_pixels for preset in THESIS))
+
+
+def write(sections: Iterable[tuple[Section, Path]], scale: Scale, document: Path) -> None:
+    """Writes the page from measured sections, with the credit, and copies their pictures to `images/thesis` beside it.
+
+    Parameters
+    ----------
+    sections
+        Each with the folder that its `measured` has returned, in the order of the page.
+    scale
+        What they were measured at.
+    document
+        File to write.
+    """
+    pictures = document.parent / "images" / "thesis"
+    pictures.mkdir(parents=True, exist_ok=True)
+    parts = [header(scale)]
+    for section, folder in sections:
+        parts.append(section.markdown(folder))
+        for picture in sorted(folder.glob("*.png")):
+            shutil.copyfile(picture, pictures / picture.name)
+    document.write_text("\n".join([*parts, f"## Images\n\n{CREDIT}\n"]))

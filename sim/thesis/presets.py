@@ -1,0 +1,116 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""What is compared: the configurations of the thesis as presets of our matcher, ours, and how much is measured."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ...gateware.parameters import OPENCV_FEATURES
+from ..bench import NO_STAGE
+from ..cosim import CosimMatcher
+from ..stereobm import StereoSettings
+
+#: The thesis.
+CITATION = ("D. Citron: Stereo Vision System Module for Low-Cost FPGAs for Autonomous Mobile Robots. Master's thesis, "
+            "California Polytechnic State University, San Luis Obispo, 2014")
+
+#: How a value is marked that the thesis gives and nobody here has measured.
+PUBLISHED = "(published)"
+
+#: What is built for the sum of absolute differences of grey values alone.
+BARE = ("raw",)
+
+
+@dataclass(frozen=True)
+class Preset:
+    """A matcher to build.
+
+    Parameters
+    ----------
+    disparities
+        Lanes: a multiple of 16.
+    block_size
+        Side of the block in pixels, also the largest that is built.
+    features
+        Stages that are built: `BARE` or `OPENCV_FEATURES`.
+    published_pixels, published_fps
+        Of a configuration of the thesis: pixels that it works on at once, and frames per second at 640 x 480, by its
+        author's simulation; else None.
+    """
+    disparities:      int
+    block_size:       int
+    features:         tuple[str, ...] = BARE
+    published_pixels: int | None      = None
+    published_fps:    float | None    = None
+
+    @property
+    def name(self) -> str:
+        """What the tables call it."""
+        stages = "SAD" if self.features == BARE else "all stages"
+        return f"{self.block_size}x{self.block_size}, {self.disparities} disparities, {stages}"
+
+    @property
+    def build(self) -> tuple[int, int, tuple[str, ...]]:
+        """As `soc.synthesis.emit` takes it."""
+        return self.disparities, self.block_size, self.features
+
+    def settings(self) -> StereoSettings:
+        """Settings of a frame that use all that is built."""
+        if self.features == BARE:
+            return StereoSettings(self.disparities, self.block_size, prefilter=NO_STAGE.prefilter,
+                                  texture_threshold=NO_STAGE.texture_threshold,
+                                  uniqueness_ratio=NO_STAGE.uniqueness_ratio, subpixel=NO_STAGE.subpixel)
+        return StereoSettings(self.disparities, self.block_size, disp12_max_diff=1)
+
+    def cosim(self, max_width: int) -> CosimMatcher:
+        """The matcher in Verilator; close it."""
+        return CosimMatcher(max_width, self.disparities, self.block_size, self.features)
+
+
+#: The configurations of the thesis: numbers from its abstract.
+THESIS = (Preset(16, 9, published_pixels=4, published_fps=15.73),
+          Preset(16, 7, published_pixels=2, published_fps=29.32))
+
+#: Ours.
+OURS = (Preset(64, 9), Preset(64, 15, OPENCV_FEATURES), Preset(128, 9))
+
+
+@dataclass(frozen=True)
+class Scale:
+    """How much is measured: all of it for the page, little for a test.
+
+    Parameters
+    ----------
+    presets
+        Matchers that are compared.
+    width, height
+        Size of the frames of the tables, pixels.
+    sizes
+        Widths and heights of the frames of the plot of frame rates.
+    block_sizes
+        Block sizes of the tables and curves over them; those below the gateware's smallest are left to the model.
+    disparities
+        Numbers of disparities of the table over them.
+    clock_mhz
+        Clock that is assumed where a number of clocks becomes a time.
+    strip_rows
+        Rows that the CPU of the SoC matches.
+    """
+    presets:     tuple[Preset, ...]          = THESIS + OURS
+    width:       int                         = 640
+    height:      int                         = 480
+    sizes:       tuple[tuple[int, int], ...] = ((160, 120), (320, 240), (384, 288), (434, 383), (450, 375), (640, 480),
+                                                (800, 600), (1024, 768), (1280, 720), (1920, 1080))
+    block_sizes: tuple[int, ...]             = tuple(range(3, 22, 2))
+    disparities: tuple[int, ...]             = (16, 32, 64, 128)
+    clock_mhz:   int                         = 100
+    strip_rows:  int                         = 20
+
+    @property
+    def max_width(self) -> int:
+        """Widest frame that the simulated matchers take, pixels."""
+        return max(self.width, *(width for width, _ in self.sizes))

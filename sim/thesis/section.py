@@ -1,0 +1,80 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""A section of the page: what is measured, and how it reads. What has been measured is kept in the build folder."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from ..build import LITEX_PACKAGES
+from ..paths import SIM_DIR, build_directory, built_once, content_key, source_key
+from .middlebury import data_key
+from .presets import Scale
+
+PACKAGE = Path(__file__).resolve().parent
+
+#: Files of this package that every measurement depends on, besides the one that it stands in.
+SHARED = ("elaborated.py", "middlebury.py", "pictures.py", "presets.py")
+
+
+@dataclass(frozen=True)
+class Section:
+    """One table or figure of the thesis, and what answers it.
+
+    Parameters
+    ----------
+    label
+        What the thesis calls it: "Table 5.1".
+    title
+        What it is about.
+    text
+        Markdown with fields in braces for everything that is a number.
+    measure
+        Measures at a scale and returns what JSON can hold; pictures go into the folder that it is given.
+    fields
+        The text's fields, from what `measure` has returned.
+    needs_pairs
+        Whether it looks at the Middlebury pairs.
+    uses
+        Further files of this package that it depends on.
+    """
+    label:       str
+    title:       str
+    text:        str
+    measure:     Callable[[Scale, Path], Any]
+    fields:      Callable[[Any], dict[str, object]]
+    needs_pairs: bool            = False
+    uses:        tuple[str, ...] = ()
+
+    @property
+    def name(self) -> str:
+        """The label as a part of file names: "table-5-1". A dot would begin a suffix."""
+        return self.label.lower().replace(" ", "-").replace(".", "-")
+
+    def measured(self, scale: Scale) -> Path:
+        """Folder with `result.json` and pictures; measured once for each content."""
+        package = SIM_DIR.parent
+        module  = Path(self.measure.__code__.co_filename)
+        key     = content_key([repr(scale), module.read_bytes(),
+                               *((PACKAGE / name).read_bytes() for name in (*SHARED, *self.uses)),
+                               *(path.read_bytes() for path in sorted(SIM_DIR.glob("*.py"))),
+                               source_key(package / "gateware", package / "soc", package / "firmware"),
+                               *(version(name) for name in LITEX_PACKAGES), data_key() if self.needs_pairs else ""])
+
+        def build(folder: Path) -> None:
+            (folder / "result.json").write_text(json.dumps(self.measure(scale, folder), indent=1) + "\n")
+
+        return built_once(build_directory() / "thesis" / f"{self.name}-{key}", build)
+
+    def markdown(self, folder: Path) -> str:
+        """The section as the page has it, from the folder that `measured` has returned."""
+        fields = self.fields(json.loads((folder / "result.json").read_text()))
+        return f"## {self.label}: {self.title}\n\n{self.text.format(**fields).strip()}\n"

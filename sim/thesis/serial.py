@@ -1,0 +1,123 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""Table 5.7: a serial program in C against the accelerator."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...firmware import FIRMWARE_DIR
+from ...host_tools.datasets import StereoPair
+from ...host_tools.device import Device, connect
+from ...soc.resources import table
+from ..bench import measure as bench
+from .clocks import WrongMap
+from .middlebury import stereo_pair
+from .presets import BARE, Preset, Scale
+from .section import PACKAGE, Section
+
+#: The pairs of the table.
+PAIRS = ("tsukuba", "venus")
+
+#: The firmware's matcher for the CPU, and the options for this computer: one thread.
+SOURCES = [*(FIRMWARE_DIR / "app" / name for name in ("stereo_bm.c", "prefilter.c", "left_right.c", "median.c")),
+           FIRMWARE_DIR / "drivers" / "stereo_settings.c", PACKAGE / "serial_sad.c"]
+OPTIONS = ["-std=gnu11", "-O3", "-Wall", "-Wextra", "-Werror", f"-I{FIRMWARE_DIR / 'include'}", f"-I{FIRMWARE_DIR}"]
+
+#: Frames of which the fastest counts.
+FRAMES = 20
+
+
+def compiled(folder: Path) -> Path:
+    """The program for this computer; raises RuntimeError if it cannot be built."""
+    if shutil.which("gcc") is None:
+        raise RuntimeError("gcc is not installed: install the package gcc")
+    program = folder / "serial_sad"
+    done    = subprocess.run(["gcc", *OPTIONS, "-o", program, *SOURCES], capture_output=True, text=True, check=False)
+    if done.returncode:
+        raise RuntimeError(f"gcc cannot build {program}: {done.stderr.strip()}")
+    return program
+
+
+def serial(program: Path, pair: StereoPair, preset: Preset) -> tuple[float, NDArray[np.int16]]:
+    """Shortest time of a frame in seconds of the processor, and the map."""
+    height, width = pair.left.shape
+    numbers = (width, height, preset.disparities, preset.block_size, FRAMES)
+    done    = subprocess.run([program, *map(str, numbers)], input=pair.left.tobytes() + pair.right.tobytes(),
+                             capture_output=True, check=True)
+    (time_ns,) = np.frombuffer(done.stdout[:8], np.uint64)
+    return int(time_ns)/1e9, np.frombuffer(done.stdout[8:], np.int16).reshape(height, width)
+
+
+def strips(scale: Scale) -> tuple[int, int]:
+    """Rows of the two strips that the CPU matches, both higher than a block."""
+    return scale.strip_rows//2, scale.strip_rows
+
+
+def cpu_clocks(device: Device, scale: Scale, preset: Preset, pair: StereoPair) -> int:
+    """Clocks of the CPU of the SoC for a frame of the pair's size.
+
+    Two strips are measured, and the rows that the frame has beyond them are added. What a row takes depends on
+    where it lies in the CPU's data cache, so the strips differ by about as many rows as that cache holds: two rows
+    were a fifth off. The whole frame would be an hour of simulation.
+    """
+    height, width = pair.left.shape
+    low, high     = strips(scale)
+    less, more    = (bench(device, (width, rows, preset.disparities, preset.block_size, "sad"), "cpu_bench").clocks
+                     for rows in (low, high))
+    return more + (height - high)*(more - less)//(high - low)
+
+
+def measure(scale: Scale, folder: Path) -> dict[str, Any]:
+    """Clocks of the accelerator, the time of the program by its time, and the clocks of the CPU."""
+    program = compiled(folder)
+    presets = [preset for preset in scale.presets if preset.features == BARE]
+    rows    = []
+    with connect("sim:?ram=integrated-ram&link=serial") as device:
+        for name in PAIRS:
+            pair = stereo_pair(name)
+            for preset in presets:
+                matcher = preset.cosim(scale.max_width)
+                expected, clocks, _ = matcher.match_settings(pair.left, pair.right, preset.settings())
+                matcher.close()
+                seconds, disparity = serial(program, pair, preset)
+                if not np.array_equal(disparity, expected):
+                    raise WrongMap(f"the maps of {name} by gateware and by C differ: {preset.name}")
+                # One configuration of few disparities: it takes minutes, and for more the CPU has no memory.
+                cpu = cpu_clocks(device, scale, preset, pair) if preset == presets[0] else None
+                rows.append({"pair": name, "preset": preset.name, "clocks": clocks, "cpu": cpu,
+                             "ratio": seconds*1e6*scale.clock_mhz/clocks})
+    return {"rows": rows, "mhz": scale.clock_mhz, "strips": strips(scale)}
+
+
+def fields(result: dict[str, Any]) -> dict[str, object]:
+    """Fields of the table."""
+    header = ["pair", "configuration", "accelerator, clocks", "C on this computer, times the accelerator's time",
+              "C on the VexRiscv, clocks", "times the accelerator's clocks"]
+    rows   = [[row["pair"].capitalize(), row["preset"], row["clocks"], f"{row['ratio']:.1f}", row["cpu"] or "",
+               f"{row['cpu']/row['clocks']:.0f}" if row["cpu"] else ""] for row in result["rows"]]
+    return {"table": table(header, rows), "mhz": result["mhz"], "low": result["strips"][0],
+            "high": result["strips"][1], "options": OPTIONS[1]}
+
+
+SECTIONS = [
+    Section("Table 5.7", "a serial program in C against the accelerator", """\
+The program is the firmware's matcher for the CPU (`firmware/app/stereo_bm.c`, running sums, one thread),
+the accelerator is its Verilog in Verilator; their maps are equal. On the computer that made this page (gcc
+{options}, the processor's time) the program takes so many times as long as the accelerator at {mhz} MHz: a
+ratio, as the time itself is that computer's own. On the VexRiscv of the SoC in litex_sim both are in
+clocks: the console's `cpu_bench`, on noise of the pair's width and of {low} and {high} rows, from which
+the clocks of the remaining rows follow, within some percent: what a row takes depends on where it lies in
+the data cache. One configuration stands for all: it is minutes of simulation.
+
+{table}""", measure, fields, needs_pairs=True, uses=("serial_sad.c",)),
+]

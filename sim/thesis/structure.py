@@ -1,0 +1,138 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""Tables 5.1 to 5.3: what the design holds and consists of, counted in what migen has elaborated."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from ...gateware.absolute_difference import AbsoluteDifference
+from ...gateware.block_sum import BlockSum
+from ...gateware.column_sum import ColumnSum
+from ...gateware.line_buffer import LineBuffer
+from ...gateware.matcher import Matcher
+from ...gateware.parameters import MIN_BLOCK_SIZE, PIXEL_BITS, MatcherParameters
+from ...gateware.winner import Winner
+from ...soc.resources import table
+from .elaborated import contents
+from .presets import PUBLISHED, THESIS, Preset, Scale
+from .section import Section
+
+Counts = dict[str, Any]
+
+
+def held_at_once(block_size: int, pixels: int, disparities: int) -> int:
+    """Pixels of both images under `pixels` neighbouring blocks of a row and all their rivals: what a window holds."""
+    columns = block_size + pixels - 1
+    return block_size*(columns + columns + disparities - 1)
+
+
+def counts(width: int, preset: Preset) -> Counts:
+    """What a build holds and consists of."""
+    parameters = MatcherParameters(max_width=width, disparities=preset.disparities, max_block_size=preset.block_size,
+                                   features=preset.features)
+    matcher    = Matcher(width, disparities=preset.disparities, max_block_size=preset.block_size,
+                         features=preset.features)
+    difference, columns, block, winner, lines = (contents(core(parameters)) for core in (
+        AbsoluteDifference, ColumnSum, BlockSum, Winner, LineBuffer))
+    return asdict(preset) | {
+        "name":                 preset.name,
+        "line_pixels":          lines.memory_bits("line_buffer")//PIXEL_BITS,
+        "column_sum_bits":      columns.memory_bits("column_sums"),
+        "block_column_bits":    block.memory_bits("block_columns"),
+        "sad_units":            block.count("+"),
+        "absolute_differences": difference.count("-"),
+        "additions":            sum(core.count("+", "-") for core in (columns, block)),
+        "comparators":          winner.count("<="),
+        "pixels_under_way":     sum(core.latency for core in matcher.pipeline()),
+        "register_bits":        contents(matcher).register_bits,
+    }
+
+
+# Table 5.1 ----------------------------------------------------------------------------------------
+
+def at_once() -> list[int]:
+    """Pixels at once that the tables are over: one, and those of the thesis."""
+    return sorted({1, *(preset.published_pixels or 1 for preset in THESIS)})
+
+
+def measure_pixels(scale: Scale, folder: Path) -> list[Counts]:
+    """Counts over the block sizes that can be built, for the fewest disparities."""
+    fewest = min(scale.disparities)
+    return [counts(scale.width, Preset(fewest, size)) | {
+        "window": [held_at_once(size, pixels, fewest) for pixels in at_once()], "width": scale.width}
+        for size in scale.block_sizes if size >= MIN_BLOCK_SIZE]
+
+
+def pixel_fields(result: list[Counts]) -> dict[str, object]:
+    """Fields of table 5.1."""
+    header = ["block", *(f"window, {pixels} at once: pixels" for pixels in at_once()), "line buffer: pixels",
+              "column sums: bits", "block columns: bits", "registers: bits"]
+    rows   = [[f"{row['block_size']}x{row['block_size']}", *row["window"], row["line_pixels"], row["column_sum_bits"],
+               row["block_column_bits"], row["register_bits"]] for row in result]
+    return {"table": table(header, rows), "width": result[0]["width"], "disparities": result[0]["disparities"]}
+
+
+# Tables 5.2 and 5.3 -------------------------------------------------------------------------------
+
+def measure_disparities(scale: Scale, folder: Path) -> list[Counts]:
+    """Counts over the disparities, for the block of the thesis' first configuration."""
+    return [counts(scale.width, Preset(disparities, scale.presets[0].block_size)) for disparities in scale.disparities]
+
+
+def disparity_fields(result: list[Counts]) -> dict[str, object]:
+    """Fields of table 5.2."""
+    header = ["disparities", "SAD units", "comparators", "absolute differences", "additions and subtractions",
+              "absolute differences if each block were summed anew"]
+    rows   = [[row["disparities"], row["sad_units"], row["comparators"], row["absolute_differences"], row["additions"],
+               row["disparities"]*row["block_size"]**2] for row in result]
+    return {"table": table(header, rows), "block": result[0]["block_size"]}
+
+
+def measure_parallel(scale: Scale, folder: Path) -> list[Counts]:
+    """Counts of every preset."""
+    return [counts(scale.width, preset) for preset in scale.presets]
+
+
+def parallel_fields(result: list[Counts]) -> dict[str, object]:
+    """Fields of table 5.3."""
+    header = ["configuration", "pixels at once in the thesis", "SAD units if each of them has its own",
+              "comparators likewise", "SAD units", "comparators", "absolute differences", "pixels under way"]
+    rows   = []
+    for row in result:
+        pixels, lanes = row["published_pixels"], row["disparities"]
+        units         = [f"{pixels} {PUBLISHED}", pixels*lanes, pixels*(lanes - 1)] if pixels else ["", "", ""]
+        rows.append([row["name"], *units, row["sad_units"], row["comparators"],
+                     row["absolute_differences"], row["pixels_under_way"]])
+    return {"table": table(header, rows)}
+
+
+SECTIONS = [
+    Section("Table 5.1", "pixels held, by window size and pixels at once", """\
+A design that keeps its window in registers holds every pixel under the blocks that it compares, so the
+window grows with the block and with the pixels that are worked on at once; the columns `window` are that
+definition, both images, for {disparities} disparities. Ours has no window: it keeps the rows of a block in
+one line buffer (images {width} pixels wide), a sum per column and disparity, and the last few of these sums
+in a ring. Registers are all flip-flops of the elaborated matcher, before synthesis. The smallest block of
+the gateware begins the table.
+
+{table}""", measure_pixels, pixel_fields),
+    Section("Table 5.2", "SAD units and comparators over the disparity range", """\
+Operators of the elaborated cores, block {block}x{block}. A SAD unit is a running sum of a block, one per
+disparity. It takes two absolute differences, of the row that enters and of the row that leaves, and the
+number does not depend on the block. The last column is the definition of the sum, for comparison.
+
+{table}""", measure_disparities, disparity_fields),
+    Section("Table 5.3", "SAD units and comparators over the pixels at once", """\
+The thesis works on several pixels at once. Ours begins a pixel in every clock, with all its disparities, and
+ends one in every clock; as many as the pipeline is long are under way at a time, with the same units. What
+each pixel at once would take if it had units of its own is the definition, not a value of the thesis. With
+all stages one unit more sums up the texture.
+
+{table}""", measure_parallel, parallel_fields),
+]

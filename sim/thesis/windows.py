@@ -1,0 +1,91 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""Figure 5.1: the size of the block."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...gateware.parameters import MIN_BLOCK_SIZE
+from ...host_tools.datasets import StereoPair
+from ...host_tools.images import disparity_pixels
+from ...host_tools.metrics import rate
+from ...soc.resources import table
+from .. import model
+from ..cosim import CosimMatcher
+from .middlebury import stereo_pair
+from .pictures import Curve, maps, plot
+from .presets import BARE, Preset, Scale
+from .section import Section
+
+#: Disparities that each pair is matched with: the fewest that reach its nearest point.
+DISPARITIES = {"tsukuba": 16, "venus": 32, "cones": 64}
+
+#: The pair of the pictures, as in the thesis, and how many of them stand in a row.
+SHOWN, COLUMNS = "tsukuba", 5
+
+
+def matched(matcher: CosimMatcher, pair: StereoPair, disparities: int, sizes: tuple[int, ...]
+            ) -> Iterator[tuple[int, NDArray[np.int16]]]:
+    """Block size and map, by gateware, or by the model where the gateware has no such block."""
+    for size in sizes:
+        if size < MIN_BLOCK_SIZE:
+            yield size, model.match(pair.left, pair.right, disparities, size)
+        else:
+            yield size, matcher.match_settings(pair.left, pair.right, Preset(disparities, size).settings())[0]
+
+
+def measure(scale: Scale, folder: Path) -> dict[str, Any]:
+    """Rates the maps of every block size, draws the curves and the maps of one pair."""
+    matcher = CosimMatcher(scale.max_width, max(DISPARITIES.values()), max(scale.block_sizes), BARE)
+    result  = {}
+    for name, disparities in DISPARITIES.items():
+        pair    = stereo_pair(name)
+        found   = dict(matched(matcher, pair, disparities, scale.block_sizes))
+        result[name] = {size: asdict(rate(disparity, pair.truth)) for size, disparity in found.items()}
+        if name == SHOWN:
+            maps(folder / "window_maps.png", [(f"{size}x{size}", disparity_pixels(disparity)) for size, disparity
+                                              in found.items()], disparities - 1, COLUMNS)
+    matcher.close()
+    curves = [Curve(f"{name.capitalize()}, {DISPARITIES[name]} disparities", list(rows),
+                    [row["bad_1_0"] for row in rows.values()]) for name, rows in result.items()]
+    plot(folder / "window_curves.png", curves, "side of the block, pixels", "rated pixels off by more than one, %")
+    return {"rows": result, "smallest": MIN_BLOCK_SIZE}
+
+
+def fields(result: dict[str, Any]) -> dict[str, object]:
+    """Fields of the figure."""
+    header, rows = ["block"], []
+    for name in result["rows"]:
+        header += [f"{name.capitalize()}: bad, %", "mean error, pixels", "density, %"]
+    for size in result["rows"][SHOWN]:
+        quality = [pair[size] for pair in result["rows"].values()]
+        rows.append([f"{size}x{size}", *(cell for one in quality for cell in (
+            f"{one['bad_1_0']:.2f}", f"{one['mean_error']:.3f}", f"{one['density']:.1f}"))])
+    best = ", ".join(f"{name.capitalize()} {size}x{size}" for name, pair in result["rows"].items()
+                     for size in [min(pair, key=lambda size: pair[size]["bad_1_0"])])
+    return {"table": table(header, rows), "smallest": result["smallest"], "best": best}
+
+
+SECTIONS = [
+    Section("Figure 5.1", "the size of the block", """\
+The sum of absolute differences alone, as the thesis matches, by the matcher's Verilog in Verilator; blocks
+below {smallest}x{smallest} by the model, as the gateware has none. `bad` is the share of the rated pixels
+that are off by more than one pixel, density the share of the pixels with a known disparity that are rated:
+a large block leaves a wide border. Fewest bad pixels: {best}.
+
+![Bad pixels over the side of the block](images/thesis/window_curves.png)
+
+![Maps of Tsukuba with each block](images/thesis/window_maps.png)
+
+{table}""", measure, fields, needs_pairs=True),
+]

@@ -1,0 +1,83 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""The largest sums that there can be, all black against all white, in the emitted Verilog: nothing is cut off."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from litestereo.gateware.block_sum import BlockSum
+from litestereo.gateware.column_sum import ColumnSum
+from litestereo.gateware.parameters import FEATURES, MAX_BLOCK_SIZE, MIN_BLOCK_SIZE, MatcherParameters
+from litestereo.sim.cosim import CosimMatcher
+from litestereo.sim.stereobm import StereoSettings, stereo_bm
+from support.core_bench import CoreBench
+from support.lanes import steps
+
+DISPARITIES, WHITE = 16, 255
+
+
+def built(block_size):
+    """A matcher of that largest block, for the grey values as they are."""
+    return MatcherParameters(DISPARITIES + 2*MAX_BLOCK_SIZE, 100, DISPARITIES, block_size, ["raw"])
+
+
+def cost_steps(parameters, block_size):
+    """Rows, columns, and fields of the steps that have a cost, of a frame with room for a few whole blocks."""
+    width, height = DISPARITIES + block_size + 3, block_size + 3
+    place = steps(width, height, DISPARITIES, block_size, ahead=parameters.ahead)
+    costs = place["cost"] == 1
+    return height, width - DISPARITIES + 1, {name: values[costs] for name, values in place.items()}
+
+
+@pytest.mark.parametrize("block_size", [MIN_BLOCK_SIZE, MAX_BLOCK_SIZE])
+def test_column_sum(block_size):
+    """Every sum is exact, from the first row to beyond the rows of a block."""
+    parameters = built(block_size)
+    bench      = CoreBench(ColumnSum(parameters), lanes={"sums": parameters.lanes})
+    height, columns, place = cost_steps(parameters, block_size)
+    white = np.full((height*columns, parameters.lanes), WHITE)
+    out   = bench.run({"enter": white, "leave": white} | place, height*columns)["sums"]
+    rows  = np.minimum(np.arange(height) + 1, block_size)
+    assert out.max() == block_size*WHITE
+    assert np.array_equal(out.reshape(height, -1), np.repeat(rows*WHITE, columns*parameters.lanes).reshape(height, -1))
+
+
+@pytest.mark.parametrize("block_size", [MIN_BLOCK_SIZE, MAX_BLOCK_SIZE])
+def test_block_sum(block_size):
+    """Every cost is exact, from the first column to beyond the columns of a block."""
+    parameters = built(block_size)
+    bench      = CoreBench(BlockSum(parameters), ["block_size"], lanes={"costs": parameters.lanes})
+    height, columns, place = cost_steps(parameters, block_size)
+    bench.set(block_size=block_size)
+    full  = np.full((height*columns, parameters.lanes), block_size*WHITE)
+    out   = bench.run({"sums": full} | place, height*columns)["costs"].reshape(height, columns, -1)
+    count = np.minimum(np.arange(columns) + 1, block_size)
+    assert out.max() == block_size**2*WHITE
+    assert (out == (count*block_size*WHITE)[None, :, None]).all()
+
+
+def test_all_black_against_all_white():
+    """The whole matcher at the largest block; and with a few columns that cost a little less, which have to win."""
+    size     = DISPARITIES + 2*MAX_BLOCK_SIZE
+    black    = np.zeros((size, size), np.uint8)
+    grey     = np.full_like(black, WHITE)
+    matcher  = CosimMatcher(size, DISPARITIES, MAX_BLOCK_SIZE, FEATURES)
+    # The largest cost that one bit less would hold lies between that of a block with the grey columns and that of
+    # one without: what wraps around would win.
+    limit    = 2**(built(MAX_BLOCK_SIZE).cost_bits - 1)
+    white    = limit//MAX_BLOCK_SIZE**2 + 1
+    better   = np.full_like(black, white)
+    better[:, size//2:size//2 + MAX_BLOCK_SIZE] = white - 2
+    for prefilter, ratio in [("none", 0), ("none", 100), ("xsobel", 0)]:
+        settings = StereoSettings(DISPARITIES, MAX_BLOCK_SIZE, prefilter=prefilter, prefilter_cap=63,
+                                  texture_threshold=0, uniqueness_ratio=ratio)
+        for left, right in [(black, grey), (grey, black), (black, better), (better, black)]:
+            expected = stereo_bm(left, right, settings)
+            assert np.array_equal(matcher.match_settings(left, right, settings)[0], expected)
+    assert MAX_BLOCK_SIZE**2*(white - 2) < limit < MAX_BLOCK_SIZE**2*white
+    matcher.close()

@@ -1,0 +1,198 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""The page about the thesis: what it is made from, at a small scale, and that nothing on it was typed by hand."""
+
+from __future__ import annotations
+
+import ast
+import re
+import string
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from litestereo.gateware.block_sum import BlockSum
+from litestereo.gateware.parameters import MatcherParameters
+from litestereo.gateware.winner import Winner
+from litestereo.host_tools.datasets import StereoPair
+from litestereo.host_tools.errors import DatasetError
+from litestereo.sim.stereobm import stereo_bm
+from litestereo.sim.thesis import __main__ as command
+from litestereo.sim.thesis import clocks, middlebury, overflow, page, serial, structure
+from litestereo.sim.thesis.elaborated import contents
+from litestereo.sim.thesis.presets import PUBLISHED, THESIS, Preset, Scale
+from litestereo.sim.thesis.section import PACKAGE
+from support.pairs import generator, textured_pair
+
+#: As little as there can be.
+SMALL = Scale(presets=(Preset(16, 5, published_pixels=4, published_fps=15.73), Preset(16, 5)), width=64, height=20,
+              sizes=((40, 12), (64, 20)), block_sizes=(3, 5), disparities=(16, 32), strip_rows=16)
+
+#: A number of its own: not the end of a name (cv2, Spartan-6), not a part of another number.
+NUMBER = r"(?<![\w.])(?<![A-Za-z]-)\d+"
+
+
+def section(sections, label):
+    """The section of that label."""
+    (found,) = (one for one in sections if one.label == label)
+    return found
+
+
+@pytest.fixture
+def build(tmp_path, monkeypatch):
+    """A build folder of its own for what is measured, so that it is measured."""
+    monkeypatch.setattr("litestereo.sim.thesis.section.build_directory", lambda: tmp_path / "build")
+    return tmp_path
+
+
+def rows_of(markdown):
+    """Cells of the tables in a text, without their heads."""
+    lines = [line for line in markdown.splitlines() if line.startswith("|")]
+    return [[cell.strip() for cell in line.strip("|").split("|")] for line in lines if "---" not in line][1:]
+
+
+def test_every_table_and_figure():
+    """All of the thesis' results have their counterpart, each once."""
+    labels   = [one.label for one in page.SECTIONS]
+    expected = [f"Table 5.{number}" for number in range(1, 8)] + [f"Figure 5.{number}" for number in (1, 3, 4, 5, 6)]
+    assert sorted(labels) == sorted(expected)
+    assert "Figure 5.2" in section(page.SECTIONS, "Table 5.6").text
+
+
+@pytest.mark.parametrize("one", page.SECTIONS, ids=lambda one: one.label)
+def test_no_numbers_in_the_templates(one):
+    """Numbers come from fields only; what refers to another table or figure, or to a section, is no number."""
+    text = re.sub(r"(Table|Figure|section) \d\.\d(\.\d)?", "", f"{one.title} {one.text}")
+    bare = "".join(literal for literal, *_ in string.Formatter().parse(text))
+    assert not re.findall(NUMBER, bare)
+    assert any(field for _, field, *_ in string.Formatter().parse(one.text))
+
+
+def test_no_numbers_in_the_header():
+    """Nor there."""
+    bare = "".join(literal for literal, *_ in string.Formatter().parse(page.HEADER))
+    assert not re.findall(NUMBER, bare)
+
+
+def test_no_numbers_in_other_texts():
+    """Heads of tables and cells are put together from values: no string of the package holds a number of its own."""
+    citation = re.compile("(.*)(Citron|Szeliski)(.*)")
+    for path in PACKAGE.glob("*.py"):
+        tree  = ast.parse(path.read_text())
+        prose = {id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Expr)}
+        prose |= {id(part) for node in ast.walk(tree) if isinstance(node, ast.FormattedValue) and node.format_spec
+                  for part in ast.walk(node.format_spec)}
+        for node in ast.walk(tree):
+            if isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in prose:
+                text = re.sub(r"(Table|Figure|section) \d\.\d(\.\d)?", "", node.value)
+                assert citation.fullmatch(node.value) or not re.findall(NUMBER, text), (path.name, node.value)
+
+
+def test_page(build):
+    """A page of three sections: measured once, marked where published, pictures beside it, the same again."""
+    chosen   = [section(structure.SECTIONS, f"Table 5.{number}") for number in (1, 2, 3)]
+    measured = [(one, one.measured(SMALL)) for one in chosen]
+    for index, name in enumerate(("first.md", "second.md")):
+        page.write(measured, SMALL, build / name)
+        measured = [(one, one.measured(SMALL)) for one in chosen]
+        assert len(list((build / "build" / "thesis").glob("*.lock"))) == 3, index
+    text = (build / "first.md").read_text()
+    assert text == (build / "second.md").read_text()
+    assert [line for line in text.splitlines() if line.startswith("## ")] == [
+        *(f"## {one.label}: {one.title}" for one in chosen), "## Images"]
+    for preset in THESIS:
+        assert f"{preset.published_fps} {PUBLISHED}" in text
+    assert all(after.startswith(f" {PUBLISHED}") for after in re.split(r"15\.73|29\.32", text)[1:])
+
+
+def test_structure_follows_the_design(build):
+    """What the tables count grows with lanes and block as it does in the cores."""
+    folder   = section(structure.SECTIONS, "Table 5.2").measured(SMALL)
+    (few, many) = rows_of(section(structure.SECTIONS, "Table 5.2").markdown(folder))
+    assert few  == ["16", "16", "15", "32", "64", str(16*5*5)]
+    assert many == ["32", "32", "31", "64", "128", str(32*5*5)]
+    (row,) = rows_of(section(structure.SECTIONS, "Table 5.1").markdown(
+        section(structure.SECTIONS, "Table 5.1").measured(SMALL)))
+    assert row[0] == "5x5" and row[4] == str(2*5*64)
+    assert structure.held_at_once(5, 2, 16) == 5*6 + 5*(6 + 15)
+
+
+def test_contents():
+    """Operators without constants, register bits and memories of an elaborated core."""
+    parameters = MatcherParameters(64, 100, 48, 9, ["raw"])
+    assert contents(Winner(parameters)).count("<=") == 47
+    found = contents(BlockSum(parameters))
+    assert found.count("+") == found.count("-") == 48
+    assert found.memories == {"block_columns": (48*12, 9)} and found.memory_bits("block_columns") == 48*12*9
+    assert found.register_bits > 48*15
+
+
+def test_clocks(build, monkeypatch):
+    """Clocks of the Verilog, whose maps are compared; what they make of frame rates; the plot."""
+    monkeypatch.setattr(clocks, "fits_system", lambda scale, preset: False)
+    monkeypatch.setattr(clocks, "placed_mhz",  lambda scale, preset: 50.0)
+    one  = section(clocks.SECTIONS, "Table 5.5")
+    rows = rows_of(one.markdown(one.measured(SMALL)))
+    assert all(64*20 < int(row[1]) < 1.5*64*20 for row in rows)
+    one    = section(clocks.SECTIONS, "Table 5.6")
+    folder = one.measured(SMALL)
+    text   = one.markdown(folder)
+    assert f"15.73 {PUBLISHED}" in text and (folder / "frame_rate.png").stat().st_size > 1000
+    first = rows_of(text)[0]
+    assert float(first[2]) == pytest.approx(1e8/int(rows[0][1]), abs=0.01)
+    assert float(first[4]) == pytest.approx(float(first[2])/2, abs=0.01)
+    monkeypatch.setattr(clocks, "stereo_bm", lambda left, right, settings: np.ones(left.shape, np.int16))
+    with pytest.raises(clocks.WrongMap, match="64x20"):
+        clocks.cosim_clocks(SMALL, SMALL.presets[0], [(64, 20)])
+
+
+def test_serial_program(tmp_path):
+    """The C program times itself and gives the model's map."""
+    left, right = textured_pair(50, 15, generator(90))
+    pair        = StereoPair(left, right, np.zeros(left.shape, np.float32))
+    seconds, disparity = serial.serial(serial.compiled(tmp_path), pair, Preset(16, 7))
+    assert np.array_equal(disparity, stereo_bm(left, right, Preset(16, 7).settings()))
+    assert 0 < seconds < 1
+
+
+def test_cpu_clocks(monkeypatch):
+    """Rows beyond the strips take what the rows between them do."""
+    asked = []
+
+    def bench(device, case, command):
+        asked.append((command, *case))
+        return type("Measurement", (), {"clocks": 1000 + 70*case[1]})
+
+    monkeypatch.setattr(serial, "bench", bench)
+    pair = StereoPair(*(np.zeros((100, 40), np.uint8) for _ in range(2)), np.zeros((100, 40), np.float32))
+    assert serial.cpu_clocks(None, SMALL, Preset(16, 7), pair) == 1000 + 70*100
+    assert asked == [("cpu_bench", 40, rows, 16, 7, "sad") for rows in (8, 16)]
+
+
+def test_overflow_of_sums():
+    """Sums of enough bits give the model's map, fewer bits another one; widths are those of the largest sum."""
+    left, right = textured_pair(60, 20, generator(91))
+    pair, bare  = StereoPair(left, right, np.zeros(left.shape, np.float32)), Preset(16, 9)
+    expected    = stereo_bm(left, right, bare.settings())
+    bits        = overflow.widths(16, 9)["cost_bits"]
+    assert bits == (255*81).bit_length()
+    assert np.array_equal(overflow.wrapped_map(pair, bare, bits), expected)
+    noise       = generator(92).integers(0, 256, (2, 20, 60), np.uint8)
+    pair        = StereoPair(noise[0], noise[1], pair.truth)
+    assert not np.array_equal(overflow.wrapped_map(pair, bare, bits - 3), stereo_bm(*noise, bare.settings()))
+
+
+def test_pairs_are_asked_for(monkeypatch, tmp_path, capsys):
+    """Without the data the command says what it needs, at once, in one line; likewise if a file is missing."""
+    monkeypatch.delenv("LITESTEREO_DATA", raising=False)
+    assert command.main() == 1
+    message = capsys.readouterr().err
+    assert message.startswith("thesis: error: LITESTEREO_DATA is not set: set it to the folder of")
+    assert "tsukuba, venus, cones" in message and message.count("\n") == 1
+    monkeypatch.setenv("LITESTEREO_DATA", str(tmp_path))
+    with pytest.raises(DatasetError, match=re.escape(str(Path("tsukuba") / "left.png"))):
+        middlebury.stereo_pair("tsukuba")
