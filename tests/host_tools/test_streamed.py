@@ -190,6 +190,26 @@ def test_a_large_frame_on_a_bad_network():
     assert host.chunks_sent_again > 0 and host.parts_asked_again > 0
 
 
+def test_a_single_loss_costs_what_was_on_its_way_and_no_more(patient):
+    """What the device took stays taken, and what came behind the loss goes once more."""
+    (pair,) = pairs(1, 640, 400)
+
+    class LoseOne(Faults):
+        def carry(self, to, datagram):
+            offset = int.from_bytes(datagram[16:20], "little")
+            if (datagram[3], offset, self.lost) == (MessageType.PAIRS, 200*1024, 0):
+                self.lost = 1
+                return []
+            return super().carry(to, datagram)
+
+    with (native_udp_device() as port, udp_proxied(port, LoseOne()) as network,
+          connect(network.url + STREAMED) as device):
+        expect(device.compute(*pair, SETTINGS), pair)
+        host, counted = device.link_counters, device.statistics()
+    assert 0 < host.chunks_sent_again == counted["uploads_unfit"] + 1 <= 3*48
+    assert counted["chunks_repeated"] == 0
+
+
 @pytest.mark.parametrize("direction", [0, 1])
 def test_a_network_that_loses_a_lot_in_one_direction(direction):
     sent            = pairs(10, 64, 20)
