@@ -160,7 +160,7 @@ def test_a_map_of_which_nothing_comes_by_itself():
         assert device.link_counters.parts_asked_again == chunk_count(110, 60)
 
 
-@pytest.mark.parametrize(("seed", "frames"), [(0, 1000), (1, 40), (2, 40), (3, 40)])
+@pytest.mark.parametrize(("seed", "frames"), [(0, 1000), (1, 120), (2, 120), (3, 120)])
 def test_many_small_frames_on_a_bad_network(seed, frames):
     """Datagrams are lost, doubled, delayed and changed on their way, in both directions, and some parts never leave."""
     sent = pairs(frames, 64, 20, 92)
