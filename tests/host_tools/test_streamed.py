@@ -160,7 +160,7 @@ def test_a_map_of_which_nothing_comes_by_itself():
         assert device.link_counters.parts_asked_again == chunk_count(110, 60)
 
 
-@pytest.mark.parametrize(("seed", "frames"), [(0, 1000), (1, 40), (2, 40), (3, 40)])
+@pytest.mark.parametrize(("seed", "frames"), [(0, 1000), (1, 120), (2, 120), (3, 120)])
 def test_many_small_frames_on_a_bad_network(seed, frames):
     """Datagrams are lost, doubled, delayed and changed on their way, in both directions, and some parts never leave."""
     sent = pairs(frames, 64, 20, 92)
@@ -188,6 +188,26 @@ def test_a_large_frame_on_a_bad_network():
         expect(device.compute(*pair, SETTINGS), pair)
         host = device.link_counters
     assert host.chunks_sent_again > 0 and host.parts_asked_again > 0
+
+
+def test_a_single_loss_costs_what_was_on_its_way_and_no_more(patient):
+    """What the device took stays taken, and what came behind the loss goes once more."""
+    (pair,) = pairs(1, 640, 400)
+
+    class LoseOne(Faults):
+        def carry(self, to, datagram):
+            offset = int.from_bytes(datagram[16:20], "little")
+            if (datagram[3], offset, self.lost) == (MessageType.PAIRS, 200*1024, 0):
+                self.lost = 1
+                return []
+            return super().carry(to, datagram)
+
+    with (native_udp_device() as port, udp_proxied(port, LoseOne()) as network,
+          connect(network.url + STREAMED) as device):
+        expect(device.compute(*pair, SETTINGS), pair)
+        host, counted = device.link_counters, device.statistics()
+    assert 0 < host.chunks_sent_again == counted["uploads_unfit"] + 1 <= 3*48
+    assert counted["chunks_repeated"] == 0
 
 
 @pytest.mark.parametrize("direction", [0, 1])
