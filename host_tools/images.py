@@ -28,7 +28,7 @@ KITTI_SCALE = 256
 
 
 @contextlib.contextmanager
-def _quiet_stderr() -> Iterator[None]:
+def quiet_stderr() -> Iterator[None]:
     """Keeps what the image libraries write on stderr off the terminal: the exception says it, once."""
     saved = os.dup(2)
     try:
@@ -54,7 +54,7 @@ def read_image(path: Path) -> NDArray[Any]:
     """Image in a file as OpenCV decodes it, channels and depth unchanged; raises ImageError if it is none."""
     data = np.frombuffer(read_file(path), np.uint8)
     try:
-        with _quiet_stderr():
+        with quiet_stderr():
             image = cv2.imdecode(data, cv2.IMREAD_UNCHANGED) if len(data) else None
     except cv2.error:
         image = None
