@@ -38,6 +38,9 @@ MODELS = {"plumb_bob": cv2.CALIB_FIX_K3, "rational_polynomial": cv2.CALIB_RATION
 #: Coefficients of each model.
 _COEFFICIENTS = {"plumb_bob": 5, "rational_polynomial": 8}
 
+#: Cameras nearer to each other are one and the same.
+_LEAST_BASELINE_M = 1e-4
+
 _CRITERIA = (cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, 100, 1e-7)
 
 Image  = NDArray[np.uint8]
@@ -181,6 +184,8 @@ def _solve(pairs: Sequence[BoardPair], size: tuple[int, int], model: str, alpha:
 
 def _check_shift(shift_m: Matrix) -> None:
     """Raises GeometryError unless the right camera is to the right of the left one; `shift_m` is T, float64, 3."""
+    if np.abs(shift_m).max() < _LEAST_BASELINE_M:
+        raise GeometryError("both cameras are at the same place: are the two folders of one camera?")
     if abs(shift_m[0]) <= max(abs(shift_m[1]), abs(shift_m[2])):
         raise GeometryError("the cameras are not one beside the other: the right one is "
                             f"{-shift_m[0]:.3f} m to the right, {-shift_m[1]:.3f} m below and "

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from ..camera_info import CameraInfo, pair_geometry, read_camera_info
 from ..errors import GeometryError, ImageError
 from ..geometry import StereoGeometry
+from ..images import disparity_pixels
 from ..settings import DISPARITY_SCALE, MatcherSettings
 
 #: Names of the two files in a calibration's folder.
@@ -72,6 +73,12 @@ class Rectifier:
         kept    = left & inside & right[rows, np.clip(there, 0, disparity.shape[1] - 1)]
         return np.where(kept, disparity, np.int16(settings.invalid)).astype(np.int16)
 
+    def depth_m(self, disparity: NDArray[np.int16], settings: MatcherSettings) -> NDArray[np.float32]:
+        """Depth of a map (int16, H x W, sixteenths of a pixel): float32, H x W, in metres, nan where there is none."""
+        depth                  = self.geometry.depth_m(disparity_pixels(disparity, settings.invalid))
+        depth[np.isinf(depth)] = np.nan
+        return depth
+
 
 def _maps(camera: CameraInfo) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     """Column and row that each rectified pixel comes from: float32, H x W."""
@@ -105,6 +112,16 @@ def read_calibration(folder: Path) -> Rectifier:
         raise GeometryError(f"{folder}: there is no such folder, `litestereo calibrate` makes one")
     left, right = (read_camera_info(folder / name) for name in FILES)
     return Rectifier(left, right)
+
+
+def write_depth(folder: Path, depth_m: NDArray[np.float32]) -> Path:
+    """Writes `depth.npy` to a folder that is there; raises ImageError if that cannot be."""
+    path = folder / "depth.npy"
+    try:
+        np.save(path, depth_m)
+    except OSError as error:
+        raise ImageError(f"{path}: cannot be written: {error.strerror or error}") from None
+    return path
 
 
 def geometry_text(geometry: StereoGeometry) -> str:

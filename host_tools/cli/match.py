@@ -15,10 +15,12 @@ import sys
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import rich.console
 import rich.progress
 from numpy.typing import NDArray
 
+from ..calibration.rectify import read_calibration, write_depth
 from ..call import LinkCounters
 from ..device import connect
 from ..devices.base import DeviceInfo, Result, check_minimum_size, check_pair
@@ -28,7 +30,7 @@ from ..images import read_grey, write_disparity
 from ..metrics import Quality, rate
 from ..settings import MatcherSettings
 from ..speckle import SpeckleFilter
-from .arguments import Parser, add_device, add_json, positive
+from .arguments import Parser, add_calibration, add_device, add_json, positive
 from .matching import add_settings, chosen_settings, chosen_speckle_filter
 
 #: Clock that frame rates are given for, so that simulations and boards can be compared.
@@ -40,12 +42,15 @@ examples:
   litestereo match left.png right.png -o out --device tcp://127.0.0.1:2000 --disparities 32 --block-size 15
   litestereo match left.png right.png -o out --device cosim: --ground-truth truth.png --ground-truth-scale 4
   litestereo match left.png right.png -o out --device model: --disp12-max-diff 1 --speckle-window 100 --speckle-range 2
+  litestereo match left.png right.png -o out --device model: --calibration calibration/
 
 files written:
   disparity.npy        int16, sixteenths of a pixel, (min_disparity - 1)*16 where there is no disparity
   disparity.pfm        float32, pixels, inf where there is none (Middlebury)
   disparity.png        16 bits, 256 times the disparity in pixels, 0 where there is none (KITTI)
   disparity_color.png  for viewing, black where there is none
+with --calibration, besides, of the rectified left image:
+  depth.npy            float32, metres, nan where there is none
 """
 
 
@@ -58,6 +63,7 @@ def add_parser(commands: argparse._SubParsersAction[Parser]) -> None:
     parser.add_argument("-o", "--output", metavar="DIR", type=Path, required=True,
                         help="folder for the results, made if need be")
     add_device(parser)
+    add_calibration(parser)
     parser.add_argument("--ground-truth", metavar="FILE", type=Path,
                         help="true disparities to rate the map by: PNG, PFM, .npy or .npz (default: none)")
     parser.add_argument("--ground-truth-scale", metavar="S", type=positive,
@@ -73,6 +79,9 @@ def run(options: argparse.Namespace) -> int:
     left, left_notices   = read_grey(options.left)
     right, right_notices = read_grey(options.right)
     check_pair(left, right)
+    rectifier = None if options.calibration is None else read_calibration(options.calibration)
+    if rectifier is not None:
+        left, right = rectifier.rectify(left, right)
     height, width = left.shape
     truth         = None
     if options.ground_truth is not None:
@@ -97,11 +106,16 @@ def run(options: argparse.Namespace) -> int:
             result = device.compute(left, right, settings, _ProgressBars(bars))
         link = device.link_counters
 
-    speckle = chosen_speckle_filter(options)
-    result  = dataclasses.replace(result, disparity=speckle.apply(result.disparity, settings))
-    files   = write_disparity(options.output, result.disparity, settings)
+    speckle   = chosen_speckle_filter(options)
+    disparity = result.disparity if rectifier is None else rectifier.clean(result.disparity, settings)
+    result    = dataclasses.replace(result, disparity=speckle.apply(disparity, settings))
+    files     = write_disparity(options.output, result.disparity, settings)
+    depth_m   = None if rectifier is None else rectifier.depth_m(result.disparity, settings)
+    if depth_m is not None:
+        files.append(write_depth(options.output, depth_m))
     quality = None if truth is None else rate(result.disparity, truth, settings.invalid)
-    summary = _summary(info, result, speckle, files, quality) | _link_summary(result, link)
+    summary = (_summary(info, result, speckle, files, quality) | _link_summary(result, link)
+               | {"depth_m": _depth_summary(depth_m)})
     print(json.dumps(summary, indent=2) if options.json else _text(summary))
     return 0
 
@@ -146,6 +160,14 @@ def _summary(info: DeviceInfo, result: Result, speckle: SpeckleFilter, files: li
     }
 
 
+def _depth_summary(depth_m: NDArray[np.float32] | None) -> dict[str, float] | None:
+    """Nearest, middle and farthest depth in metres; None where there is none."""
+    known = np.array([]) if depth_m is None else depth_m[np.isfinite(depth_m)]
+    if not known.size:
+        return None
+    return {"nearest": float(known.min()), "median": float(np.median(known)), "farthest": float(known.max())}
+
+
 def _link_summary(result: Result, link: LinkCounters | None) -> dict[str, Any]:
     """What the link to a device did; None where there is none."""
     carried = {"upload": 2*result.disparity.size, "download": result.disparity.nbytes}
@@ -170,6 +192,9 @@ def _text(summary: dict[str, Any]) -> str:
     if summary["clocks"]:
         lines.append(f"clocks      {summary['clocks']}, {summary['clocks_per_pixel']:.3f} per pixel, "
                      f"{summary['fps_at_100_mhz']:.1f} frames/s at 100 MHz")
+    if summary["depth_m"] is not None:
+        depth = summary["depth_m"]
+        lines.append(f"depth       {depth['nearest']:.3f} to {depth['farthest']:.3f} m, median {depth['median']:.3f} m")
     if summary["quality"] is not None:
         quality = {name: math.nan if value is None else value for name, value in summary["quality"].items()}
         lines += [

@@ -7,6 +7,7 @@
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -81,6 +82,7 @@ def trace(place: Vector, rays: Vector, surfaces: list[Surface]) -> tuple[NDArray
     return seen, nearest
 
 
+@functools.cache
 def cameras() -> tuple[Camera, Camera]:
     """The pair: the right camera is turned a little, and its lens is another one."""
     turn  = cv2.Rodrigues(np.radians([0.4, -0.9, 0.3]))[0]
@@ -107,9 +109,10 @@ def chessboard(columns: int = 9, rows: int = 6, square_px: int = 24) -> NDArray[
 
 
 def board_places(rng: np.random.Generator, count: int) -> list[tuple[Vector, Vector]]:
-    """Middles (metres) and turns (degrees) of a board that both cameras see all of."""
-    return [(np.array([BASELINE_M/2 + rng.uniform(-0.1, 0.1), rng.uniform(-0.08, 0.08), rng.uniform(0.52, 0.75)]),
-             rng.uniform((-28, -28, -12), (28, 28, 12))) for _ in range(count)]
+    """Middles (metres) and turns (degrees) of a board that both cameras see all of, in all parts of their images."""
+    grid = [(x, y) for y in (-0.12, 0.0, 0.12) for x in (-0.12, -0.04, 0.04, 0.12)]
+    return [(np.array([BASELINE_M/2 + x, y, rng.uniform(0.52, 0.68)]), rng.uniform((-28, -28, -12), (28, 28, 12)))
+            for x, y in (grid*count)[:count]]
 
 
 def take(folder: Path, name: str, surfaces: list[Surface]) -> tuple[Path, Path]:

@@ -1,0 +1,30 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""The command `litestereo` in this process."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from litestereo.host_tools import cli
+
+
+def run(*arguments: object) -> Any:
+    """Exit status of the command."""
+    try:
+        return cli.main([str(argument) for argument in arguments])
+    except SystemExit as end:
+        return end.code
+
+
+def one_line(capfd: pytest.CaptureFixture[str]) -> str:
+    """The one line that a failed command has written."""
+    out, err = capfd.readouterr()
+    assert out == ""
+    assert err.startswith("litestereo: error: ") and err.endswith("\n") and err.count("\n") == 1, err
+    return err
