@@ -112,7 +112,8 @@ def run(options: argparse.Namespace) -> int:
     files     = write_disparity(options.output, result.disparity, settings)
     depth_m   = None if rectifier is None else rectifier.depth_m(result.disparity, settings)
     if depth_m is not None:
-        files.append(write_depth(options.output, depth_m))
+        files.append(options.output / "depth.npy")
+        write_depth(files[-1], depth_m)
     quality = None if truth is None else rate(result.disparity, truth, settings.invalid)
     summary = (_summary(info, result, speckle, files, quality) | _link_summary(result, link)
                | {"depth_m": _depth_summary(depth_m)})

@@ -11,16 +11,13 @@ import argparse
 import json
 from pathlib import Path
 
-import cv2
-import numpy as np
 import rich.console
 import rich.progress
-from numpy.typing import NDArray
 
 from ..calibration.rectify import FILES, geometry_text, read_calibration
 from ..camera_info import ideal_cameras, write_camera_info
 from ..errors import ImageError
-from ..images import read_image
+from ..images import read_image, write_png
 from ..sources.files import PairFiles, pair_files
 from .arguments import Parser, add_calibration, add_json
 
@@ -65,7 +62,7 @@ def run(options: argparse.Namespace) -> int:
             pair = rectifier.rectify(read_image(one.left), read_image(one.right))
             for side, image in zip(("left", "right"), pair, strict=True):
                 path = options.output/side/f"{one.name}.png" if folders else options.output/f"{side}.png"
-                _write(path, image)
+                write_png(path, image)
                 written.append(path)
     if options.json:
         print(json.dumps({"files": [str(path) for path in written]}, indent=2))
@@ -73,12 +70,3 @@ def run(options: argparse.Namespace) -> int:
         print("\n".join([f"rectified  {geometry_text(rectifier.geometry)}",
                          *(f"wrote      {path}" for path in written)]))
     return 0
-
-
-def _write(path: Path, image: NDArray[np.uint8]) -> None:
-    """Writes a PNG, making its folder if need be; raises ImageError if that cannot be."""
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(cv2.imencode(".png", image)[1].tobytes())
-    except OSError as error:
-        raise ImageError(f"{path}: cannot be written: {error.strerror or error}") from None
