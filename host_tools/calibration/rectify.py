@@ -23,6 +23,9 @@ from ..settings import DISPARITY_SCALE, MatcherSettings
 #: Names of the two files in a calibration's folder.
 FILES = ("left.yaml", "right.yaml")
 
+#: A pixel so little outside of an image is its first or last one, but for rounding.
+_EDGE_PX = 0.01
+
 #: An image of any depth: H x W, or H x W x 3.
 Image = NDArray[Any]
 Mask  = NDArray[np.bool_]
@@ -97,7 +100,8 @@ def _maps(camera: CameraInfo) -> tuple[NDArray[np.float32], NDArray[np.float32]]
 def _seen(maps: tuple[NDArray[np.float32], NDArray[np.float32]], camera: CameraInfo) -> Mask:
     """Pixels of the rectified image that the camera's image covers: bool, H x W."""
     columns, rows = maps
-    return (columns >= 0) & (columns <= camera.width - 1) & (rows >= 0) & (rows <= camera.height - 1)
+    return ((columns >= -_EDGE_PX) & (columns <= camera.width - 1 + _EDGE_PX)
+            & (rows >= -_EDGE_PX) & (rows <= camera.height - 1 + _EDGE_PX))
 
 
 def read_calibration(folder: Path) -> Rectifier:

@@ -43,14 +43,14 @@ exit status: 0 success, 1 failure, 2 wrong usage, 130 interrupted
 
 def _parser() -> Parser:
     # Here and not above: loading OpenCV takes a while, and an interrupt meanwhile shall end like any other.
-    from . import calibrate, console, evaluate, info, match, rectify, stats, stream
+    from . import calibrate, console, evaluate, info, match, rectify, stats, stream, view
 
     parser  = Parser(prog="litestereo", description="Stereo matching with a LiteStereo device.",
                      epilog=_EPILOG)
     version = importlib.metadata.version("litestereo")
     parser.add_argument("--version", action="version", version=f"litestereo {version}")
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
-    for command in (match, stream, calibrate, rectify, evaluate, info, stats, console):
+    for command in (match, stream, view, calibrate, rectify, evaluate, info, stats, console):
         command.add_parser(commands)
     return parser
 
