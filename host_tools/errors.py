@@ -38,8 +38,8 @@ class DatasetError(LiteStereoError):
     """A data set that is neither in the cache nor to be fetched."""
 
 
-class ClusterError(LiteStereoError):
-    """A Dask cluster that cannot be reached, or loses what it was asked to do."""
+class WorkerError(LiteStereoError):
+    """Processes, or a Dask cluster, that are not there or do not do what they were asked to."""
 
 
 class MissingExtraError(LiteStereoError):

@@ -99,6 +99,17 @@ def read_grey(path: Path) -> tuple[NDArray[np.uint8], list[str]]:
     return np.ascontiguousarray(image, np.uint8), notices
 
 
+def read_colour(path: Path) -> NDArray[np.uint8]:
+    """Image in a file in colour: uint8, H x W x 3, BGR; of 16 bits the upper 8. Raises ImageError as `read_grey`."""
+    image = read_image(path)
+    if image.dtype == np.uint16:
+        image = (image >> 8).astype(np.uint8)
+    if image.dtype != np.uint8:
+        raise ImageError(f"{path}: has pixels of type {image.dtype}, an 8- or 16-bit image is needed")
+    grey = image.ndim == 2 or image.shape[2] == 1
+    return np.asarray(cv2.cvtColor(image, cv2.COLOR_GRAY2BGR) if grey else image[:, :, :3], np.uint8)
+
+
 def disparity_pixels(disparity: NDArray[np.int16], invalid: int = INVALID) -> NDArray[np.float32]:
     """Disparity map (int16, H x W, sixteenths) in pixels: float32, H x W, nan where it is `invalid` or less."""
     pixels = disparity.astype(np.float32)/np.float32(DISPARITY_SCALE)
@@ -106,12 +117,17 @@ def disparity_pixels(disparity: NDArray[np.int16], invalid: int = INVALID) -> ND
     return pixels
 
 
-def encode_pfm(disparity: NDArray[np.int16], invalid: int = INVALID) -> bytes:
-    """Map as a Middlebury PFM file: float32 pixels, little-endian, bottom row first, inf if invalid."""
-    pixels = disparity_pixels(disparity, invalid)
-    pixels[np.isnan(pixels)] = np.inf
-    height, width = pixels.shape
+def pfm_of(disparity_px: NDArray[np.float32]) -> bytes:
+    """Map in pixels (float32, H x W, nan if invalid) as a Middlebury PFM file: little-endian, bottom row first, inf if
+    invalid."""
+    height, width = disparity_px.shape
+    pixels        = np.where(np.isnan(disparity_px), np.float32(np.inf), disparity_px)
     return f"Pf\n{width} {height}\n-1.0\n".encode("ascii") + pixels[::-1].astype("<f4").tobytes()
+
+
+def encode_pfm(disparity: NDArray[np.int16], invalid: int = INVALID) -> bytes:
+    """Map (int16, H x W, sixteenths) as a Middlebury PFM file, see `pfm_of`."""
+    return pfm_of(disparity_pixels(disparity, invalid))
 
 
 def kitti_image(disparity: NDArray[np.int16], invalid: int = INVALID) -> NDArray[np.uint16]:

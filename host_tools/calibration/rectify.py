@@ -118,14 +118,6 @@ def read_calibration(folder: Path) -> Rectifier:
     return Rectifier(left, right)
 
 
-def write_depth(path: Path, depth_m: NDArray[np.float32]) -> None:
-    """Writes a depth (float32, H x W, metres) as .npy to a folder that is there; raises ImageError if it cannot."""
-    try:
-        np.save(path, depth_m)
-    except OSError as error:
-        raise ImageError(f"{path}: cannot be written: {error.strerror or error}") from None
-
-
 def geometry_text(geometry: StereoGeometry) -> str:
     """The geometry for people."""
     return (f"{geometry.width}x{geometry.height} pixels, focal length {geometry.focal_px:.2f} pixels, baseline "

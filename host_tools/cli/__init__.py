@@ -25,6 +25,7 @@ examples:
   litestereo match left.png right.png -o out --device model:
   litestereo match left.png right.png -o out --device 'serial:/dev/ttyUSB0?baud=1000000' --block-size 15
   litestereo eval data/teddy --device model: --opencv bm --opencv sgbm
+  litestereo export out/disparity.npy -o out --format ply --left left.png --focal 700 --baseline 0.12
   litestereo info --device udp://192.168.1.50 --json
   litestereo console --device tcp://127.0.0.1:2000 selftest
 
@@ -43,14 +44,14 @@ exit status: 0 success, 1 failure, 2 wrong usage, 130 interrupted
 
 def _parser() -> Parser:
     # Here and not above: loading OpenCV takes a while, and an interrupt meanwhile shall end like any other.
-    from . import calibrate, console, evaluate, info, match, rectify, stats, stream, view
+    from . import calibrate, console, evaluate, export, info, match, rectify, stats, stream, view
 
     parser  = Parser(prog="litestereo", description="Stereo matching with a LiteStereo device.",
                      epilog=_EPILOG)
     version = importlib.metadata.version("litestereo")
     parser.add_argument("--version", action="version", version=f"litestereo {version}")
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
-    for command in (match, stream, view, calibrate, rectify, evaluate, info, stats, console):
+    for command in (match, stream, view, calibrate, rectify, evaluate, export, info, stats, console):
         command.add_parser(commands)
     return parser
 

@@ -60,8 +60,9 @@ regions:
 metrics:
 {chr(10).join(f"  {name:18}  {text}" for name, text in METRICS.items())}
 
-Where there is no disparity in a map, that pixel is not bad and has no error, as in Middlebury's version 3: read
-bad next to density, or take bad_or_invalid. Maps are cut to 0 up to ndisp where the data set says it.
+A pixel that has no disparity in the map is not bad and has no error, as in Middlebury's version 3: read bad next to
+density, or take bad_or_invalid. Maps are cut to 0 up to ndisp where the data set says it. The table shows some of the
+metrics, "or none" is bad_or_invalid_2_0; --csv and --json have all. Its means are over the pairs.
 """
 
 

@@ -20,7 +20,8 @@ import rich.console
 import rich.progress
 from numpy.typing import NDArray
 
-from ..calibration.rectify import read_calibration, write_depth
+from ..calibration.depth import write_cloud, write_depth
+from ..calibration.rectify import read_calibration
 from ..call import LinkCounters
 from ..device import connect
 from ..devices.base import DeviceInfo, Result, check_minimum_size, check_pair
@@ -51,6 +52,7 @@ files written:
   disparity_color.png  for viewing, black where there is none
 with --calibration, besides, of the rectified left image:
   depth.npy            float32, metres, nan where there is none
+  cloud.ply            points in metres, with the image's colours
 """
 
 
@@ -110,10 +112,12 @@ def run(options: argparse.Namespace) -> int:
     disparity = result.disparity if rectifier is None else rectifier.clean(result.disparity, settings)
     result    = dataclasses.replace(result, disparity=speckle.apply(disparity, settings))
     files     = write_disparity(options.output, result.disparity, settings)
-    depth_m   = None if rectifier is None else rectifier.depth_m(result.disparity, settings)
-    if depth_m is not None:
-        files.append(options.output / "depth.npy")
-        write_depth(files[-1], depth_m)
+    depth_m   = None
+    if rectifier is not None:
+        depth_m = rectifier.depth_m(result.disparity, settings)
+        files  += [options.output / "depth.npy", options.output / "cloud.ply"]
+        write_depth(files[-2], depth_m)
+        write_cloud(files[-1], rectifier, options.left, result.disparity, settings)
     quality = None if truth is None else rate(result.disparity, truth, settings.invalid)
     summary = (_summary(info, result, speckle, files, quality) | _link_summary(result, link)
                | {"depth_m": _depth_summary(depth_m)})

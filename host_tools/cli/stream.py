@@ -16,7 +16,8 @@ import numpy as np
 import rich.console
 import rich.progress
 
-from ..calibration.rectify import read_calibration, write_depth
+from ..calibration.depth import write_depth
+from ..calibration.rectify import read_calibration
 from ..device import connect
 from ..errors import ImageError
 from ..images import FORMATS, write_map

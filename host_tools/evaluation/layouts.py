@@ -17,6 +17,8 @@ Masks lie beside the images of the first three: nonocc or mask0nocc, and disc.
 
 from __future__ import annotations
 
+import collections
+import dataclasses
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -66,6 +68,8 @@ _DEFAULT_SCALE = 8.0
 def find_samples(paths: Iterable[Path], scale: float | None = None) -> list[SampleFiles]:
     """The pairs at `paths`: each the folder of a pair, or a folder of such folders, or of KITTI.
 
+    Pairs are named by their folders, with the folder above if two have the same name.
+
     Parameters
     ----------
     scale
@@ -88,7 +92,9 @@ def find_samples(paths: Iterable[Path], scale: float | None = None) -> list[Samp
             raise DatasetError(f"{path}: holds no stereo pair with a truth: left.png, right.png and disp_left_u16.png, "
                                "or the files of Middlebury or KITTI, see --help")
         found += samples
-    return found
+    names = collections.Counter(sample.name for sample in found)
+    return [sample if names[sample.name] == 1 else
+            dataclasses.replace(sample, name=f"{sample.truth.parent.parent.name}/{sample.name}") for sample in found]
 
 
 def _samples_of(folder: Path, scale: float | None) -> list[SampleFiles]:

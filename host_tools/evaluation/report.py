@@ -15,23 +15,26 @@ from typing import Any
 
 import rich.box
 import rich.table
+import rich.text
 
 from ..errors import ImageError
 from .metrics import METRICS
 from .regions import REGIONS
 from .work import Row
 
-#: Metrics of the table, which has no place for all of them, and the heads of their columns.
+#: Metrics of the table, and the heads of their columns: as many as a terminal of 80 characters takes.
 _COLUMNS = {
-    "density":            "density %",
-    "bad_1_0":            "bad-1.0 %",
-    "bad_2_0":            "bad-2.0 %",
-    "bad_or_invalid_2_0": "or inv. %",
-    "avgerr":             "avgerr",
-    "rms":                "rms",
-    "a90":                "A90",
-    "d1":                 "D1 %",
+    "density":            "density\n%",
+    "bad_1_0":            "bad-1.0\n%",
+    "bad_2_0":            "bad-2.0\n%",
+    "bad_or_invalid_2_0": "or none\n%",
+    "avgerr":             "avgerr\npx",
+    "a90":                "A90\npx",
+    "d1":                 "D1\n%",
 }
+
+#: Of a name at least that much is in one line, in characters: what a terminal of 80 leaves.
+_NAME_WIDTH = 20
 
 #: Name of the rows that are means over the pairs.
 MEAN = "mean"
@@ -50,20 +53,20 @@ def means(rows: Sequence[Row]) -> list[Row]:
 
 
 def table(rows: Sequence[Row]) -> rich.table.Table:
-    """The rows for people, with means below if there are several pairs."""
-    built = rich.table.Table(box=rich.box.SIMPLE)
-    for name in ("pair", "region", "matcher"):
-        built.add_column(name, overflow="fold")
+    """The rows for people: matchers one below the other, to be compared, and means last if there are several pairs."""
+    built = rich.table.Table(box=rich.box.SIMPLE, collapse_padding=True, pad_edge=False, show_edge=False)
+    built.add_column("pair, region\n  matcher", overflow="fold", min_width=_NAME_WIDTH)
     for head in _COLUMNS.values():
         built.add_column(head, justify="right", no_wrap=True)
-    # Matchers one below the other, to be compared.
-    pairs = list(dict.fromkeys((row.pair, row.region) for row in rows))
-    lines = sorted(rows, key=lambda row: pairs.index((row.pair, row.region)))
-    lines += means(rows) if len({row.pair for row in rows}) > 1 else []
-    for number, row in enumerate(lines):
-        last = number + 1 == len(lines) or lines[number + 1].pair != row.pair
-        built.add_row(row.pair, row.region, row.matcher, *(_text(row.metrics[name]) for name in _COLUMNS),
-                      end_section=last)
+    lines  = [*rows, *(means(rows) if len({row.pair for row in rows}) > 1 else ())]
+    groups = dict.fromkeys((row.pair, row.region) for row in lines)
+    for pair, region in groups:
+        # As Text, because a name may have brackets, which are rich's markup.
+        built.add_row(rich.text.Text(f"{pair}, {region}"))
+        for row in lines:
+            if (row.pair, row.region) == (pair, region):
+                built.add_row(rich.text.Text(f"  {row.matcher}"), *(_text(row.metrics[name]) for name in _COLUMNS))
+        built.add_section()
     return built
 
 

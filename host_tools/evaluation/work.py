@@ -3,30 +3,24 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""The work of an evaluation, cut into tasks that run here, in several processes, or on a Dask cluster."""
+"""The work of an evaluation: pairs and matchers, cut into tasks that may run elsewhere."""
 
 from __future__ import annotations
 
-import concurrent.futures
 import contextlib
-import logging
-import multiprocessing
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 from ..datasets import StereoPair
-from ..errors import ClusterError, LiteStereoError, UsageError
-from ..extras import import_extra
+from ..errors import LiteStereoError, UsageError
 from ..images import disparity_pixels
 from ..settings import MatcherSettings
 from ..speckle import SpeckleFilter
 from .matchers import is_shared, open_matcher
 from .metrics import measure
+from .parallel import in_processes, on_cluster
 from .regions import regions
 from .samples import Sample, SampleFiles
-
-_CLUSTER_TIMEOUT_S = 10
 
 
 @dataclass(frozen=True)
@@ -128,53 +122,19 @@ def evaluate(tasks: Sequence[Task], done: Callable[[int], None], processes: int 
     ------
     LiteStereoError
         As `rows_of`; the first error ends the evaluation.
-    ClusterError, MissingExtraError
-        There is no such cluster, or Dask is not installed.
+    WorkerError, MissingExtraError
+        A process was ended; there is no such cluster, or Dask is not installed.
     """
     if cluster is None and processes == 1:
         return [row for task in tasks for row in rows_of(task, lambda: done(1))]
+    if cluster is not None:
+        results = on_cluster(_rows_elsewhere, tasks, cluster)
+    else:
+        results = in_processes(_rows_elsewhere, tasks, processes)
     rows: dict[int, list[Row]] = {}
-    for index, result in _on_cluster(tasks, cluster) if cluster is not None else _in_processes(tasks, processes):
+    for index, result in results:
         if isinstance(result, LiteStereoError):
             raise result
         rows[index] = result
         done(len(tasks[index].jobs))
     return [row for index in sorted(rows) for row in rows[index]]
-
-
-_Results = Iterator[tuple[int, list[Row] | LiteStereoError]]
-
-
-def _in_processes(tasks: Sequence[Task], processes: int) -> _Results:
-    # Spawned and not forked: OpenCV's threads do not live through a fork.
-    pool = concurrent.futures.ProcessPoolExecutor(processes, multiprocessing.get_context("spawn"))
-    try:
-        futures = {pool.submit(_rows_elsewhere, task): index for index, task in enumerate(tasks)}
-        for future in concurrent.futures.as_completed(futures):
-            yield futures[future], future.result()
-    finally:
-        pool.shutdown(cancel_futures=True)
-
-
-def _on_cluster(tasks: Sequence[Task], address: str) -> _Results:
-    distributed: Any = import_extra("distributed", "cluster", "--cluster needs")
-    # What Dask has to say about a lost cluster it says on stderr, for pages.
-    logging.getLogger("distributed").setLevel(logging.CRITICAL)
-    try:
-        client = distributed.Client(address, timeout=_CLUSTER_TIMEOUT_S, set_as_default=False)
-    except (OSError, ValueError, TimeoutError):
-        raise ClusterError(f"{address}: no Dask scheduler answers there: start one with `dask scheduler`, and workers "
-                           "with `dask worker`") from None
-    with client:
-        if not client.scheduler_info()["workers"]:
-            raise ClusterError(f"{address}: the cluster has no workers: start some with `dask worker {address}`")
-        # Not pure: a device may answer otherwise the next time.
-        futures = {client.submit(_rows_elsewhere, task, pure=False): index for index, task in enumerate(tasks)}
-        for future in distributed.as_completed(futures):
-            try:
-                result = future.result()
-            except Exception as error:
-                # Whatever a worker's installation lacks, or how it died.
-                raise ClusterError(f"{address}: a worker failed: {' '.join(str(error).split())}: it needs litestereo "
-                                   "of this version") from None
-            yield futures[future], result

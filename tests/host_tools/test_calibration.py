@@ -107,7 +107,19 @@ def test_depth_in_metres(device, calibration, scene, photos, tmp_path, capfd):
     for part in (truth < 0.81, truth > 1):
         assert np.median(depth[compared & part]/truth[compared & part]) == pytest.approx(1, abs=0.005)
     assert summary["depth_m"]["median"] == pytest.approx(np.nanmedian(depth))
-    assert any(name.endswith("depth.npy") for name in summary["files"])
+    assert [name.rsplit("/", 1)[1] for name in summary["files"][-2:]] == ["depth.npy", "cloud.ply"]
+    # The cloud is the same depth, with the grey of the rectified image.
+    head, data = (tmp_path/"cloud.ply").read_bytes().split(b"end_header\n", 1)
+    vertices   = np.frombuffer(data, [("xyz", "<f4", 3), ("rgb", "u1", 3)])
+    known      = np.isfinite(depth)
+    assert b"element vertex %d\n" % known.sum() in head
+    assert vertices["xyz"][:, 2] == pytest.approx(depth[known])
+    left = read_grey(photos[0])[0]
+    assert np.array_equal(vertices["rgb"][:, 1], rectifier.rectify(left, left)[0][known])
+    rows, columns = np.nonzero(known)
+    geometry      = rectifier.geometry
+    assert vertices["xyz"][:, 0] == pytest.approx((columns - geometry.cx_left_px)*depth[known]/geometry.focal_px,
+                                                  abs=1e-5)
 
 
 def true_depth(rectifier, scene):

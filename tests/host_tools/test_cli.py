@@ -20,12 +20,13 @@ import cv2
 import numpy as np
 import pytest
 
-from litestereo.host_tools import cli, link, payloads
+from litestereo.host_tools import link, payloads
 from litestereo.host_tools.cli import info
 from litestereo.host_tools.ground_truth import read_ground_truth
 from litestereo.host_tools.link import LinkSettings
 from litestereo.host_tools.protocol import ErrorCode, Message, MessageType
 from litestereo.host_tools.settings import MatcherSettings
+from support.command import one_line, run
 from support.data import stereo_folder
 from support.expected import expected_map
 from support.interruptible import interruptible
@@ -70,22 +71,6 @@ def pair(tmp_path_factory):
 @pytest.fixture(autouse=True)
 def no_device_in_the_environment(monkeypatch):
     monkeypatch.delenv("LITESTEREO_DEVICE", raising=False)
-
-
-def run(*arguments):
-    """Exit status of the command in this process."""
-    try:
-        return cli.main([str(argument) for argument in arguments])
-    except SystemExit as end:
-        return end.code
-
-
-def one_line(capfd):
-    """The one line that a failed command has written."""
-    out, err = capfd.readouterr()
-    assert out == ""
-    assert err.startswith("litestereo: error: ") and err.endswith("\n") and err.count("\n") == 1, err
-    return err
 
 
 def match(pair_, *options, left="left.png", right="right.png", device="model:"):
@@ -230,8 +215,10 @@ def test_the_environment_names_the_device(monkeypatch, url, capfd):
     assert json.loads(capfd.readouterr().out)["url"] == url
 
 
-@pytest.mark.parametrize("arguments", [["--help"], ["--version"], *([command, "--help"] for command in
-                                                                    ("match", "info", "stats", "console"))])
+COMMANDS = ("match", "eval", "export", "info", "stats", "console")
+
+
+@pytest.mark.parametrize("arguments", [["--help"], ["--version"], *([command, "--help"] for command in COMMANDS)])
 def test_help_and_version(arguments, capfd):
     assert run(*arguments) == 0
     out, err = capfd.readouterr()

@@ -1,0 +1,70 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""Arguments that say what the cameras are, and become a geometry."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from ..calib import read_calib
+from ..camera_info import CameraInfo, ideal_cameras, pair_geometry, read_camera_info
+from ..errors import GeometryError, UsageError
+from ..geometry import StereoGeometry
+from .arguments import positive
+
+#: Geometry, left and right camera.
+Cameras = tuple[StereoGeometry, tuple[CameraInfo, CameraInfo]]
+
+
+def add_cameras(parser: argparse.ArgumentParser) -> None:
+    """Adds `--cameras`, `--calib`, and `--focal` with what belongs to it."""
+    group = parser.add_argument_group("cameras")
+    group.add_argument("--cameras", metavar=("LEFT", "RIGHT"), type=Path, nargs=2,
+                       help="camera_info YAML files of ROS (default: none)")
+    group.add_argument("--calib", metavar="FILE", type=Path, help="calib.txt of Middlebury (default: none)")
+    group.add_argument("--focal", metavar="PIXELS", type=positive, help="focal length (default: none)")
+    group.add_argument("--baseline", metavar="METRES", type=positive, help="distance of the cameras (default: none)")
+    group.add_argument("--principal-point", metavar=("X", "Y"), type=float, nargs=2,
+                       help="principal point of both cameras in pixels, with --focal (default: centre of the map)")
+
+
+def chosen_cameras(options: argparse.Namespace, width: int, height: int) -> Cameras | None:
+    """Geometry and cameras of a command line, None if it names none.
+
+    Raises
+    ------
+    UsageError
+        It names several, or half of one.
+    ImageError, GeometryError
+        A file is none of its kind, or its cameras have other sizes than `width` x `height` pixels.
+    """
+    ideal = options.focal is not None or options.baseline is not None
+    given = [options.cameras is not None, options.calib is not None, ideal]
+    if sum(given) > 1:
+        raise UsageError("give only one of --cameras, --calib, and --focal with --baseline")
+    if options.principal_point is not None and not ideal:
+        raise UsageError("--principal-point goes with --focal: other cameras have theirs")
+    if options.cameras is not None:
+        left, right = (read_camera_info(path) for path in options.cameras)
+        geometry    = pair_geometry(left, right)
+        cameras     = left, right
+    elif any(given):
+        geometry    = _ideal(options, width, height) if ideal else read_calib(options.calib).geometry
+        cameras     = ideal_cameras(geometry)
+    else:
+        return None
+    if (geometry.width, geometry.height) != (width, height):
+        raise GeometryError(f"the map has {width}x{height} pixels, the cameras {geometry.width}x{geometry.height}: "
+                            "give cameras that are calibrated for this size")
+    return geometry, cameras
+
+
+def _ideal(options: argparse.Namespace, width: int, height: int) -> StereoGeometry:
+    if options.focal is None or options.baseline is None:
+        raise UsageError("--focal and --baseline need each other")
+    x, y = options.principal_point or ((width - 1)/2, (height - 1)/2)
+    return StereoGeometry(width, height, options.focal, options.baseline, x, y, x)

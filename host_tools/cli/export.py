@@ -1,0 +1,174 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""`litestereo export`: a disparity map as depth, cloud or ROS bag."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import re
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import ImageError, UsageError
+from ..export import files
+from ..export.bag import write_bag
+from ..export.maps import SearchRange, read_disparity
+from ..export.messages import Frame
+from ..geometry import StereoGeometry
+from ..images import pfm_of, read_colour
+from .arguments import Parser, add_json, count, natural, positive
+from .cameras import Cameras, add_cameras, chosen_cameras
+
+#: Formats by their names in the command: the file, and what is in it.
+FORMATS = {
+    "pfm":       ("disparity.pfm", "disparity in pixels, float32, inf where there is none (Middlebury)"),
+    "png":       ("disparity.png", "256 times the disparity, 16 bits, 0 where there is none (KITTI)"),
+    "depth-npy": ("depth.npy",     "depth in metres, float32, nan where there is none"),
+    "depth-png": ("depth.png",     "depth in millimetres, 16 bits, 0 where there is none"),
+    "ply":       ("cloud.ply",     "points in metres, binary, with the colours of --left"),
+    "mcap":      ("rosbag2",       "folder of a ROS 2 bag: disparity, depth, left and right camera_info, points2"),
+}
+
+#: Formats for which the cameras need not be known.
+_WITHOUT_CAMERAS = ("pfm", "png")
+
+#: ROS counts seconds in 32 bits, with sign.
+_STAMP_LIMIT_NS = (1 << 31)*1_000_000_000
+
+_EPILOG = f"""\
+examples:
+  litestereo export out/disparity.npy -o out --format ply --left left.png --calib calib.txt
+  litestereo export out/disparity.npy -o out --format mcap --cameras left.yaml right.yaml --disparities 32
+  litestereo export out/disparity.pfm -o out --format depth-png --focal 700 --baseline 0.12
+  litestereo export out/disparity.npy -o out --format pfm --format png --min-disparity 16
+
+formats, and the files written:
+{chr(10).join(f"  {name:9}  {file:13}  {text}" for name, (file, text) in FORMATS.items())}
+
+MAP is what `litestereo match` writes: disparity.npy, .pfm or .png. The cameras are one of --cameras, --calib, and
+--focal with --baseline. A map does not tell what it was matched with: say it with --min-disparity to every format, if
+it was not 0, and with --disparities and --block-size to mcap. Play the bag with `ros2 bag play out/rosbag2`.
+"""
+
+
+def add_parser(commands: argparse._SubParsersAction[Parser]) -> None:
+    """Adds the command."""
+    parser  = commands.add_parser("export", help="turn a map into depth, a cloud or a ROS bag", epilog=_EPILOG,
+                                  description="Turn a disparity map into files that other programs read.")
+    default = SearchRange()
+    parser.add_argument("map", metavar="MAP", type=Path, help="disparity map: .npy, .pfm or 16-bit .png")
+    parser.add_argument("-o", "--output", metavar="DIR", type=Path, required=True,
+                        help="folder for the results, made if need be")
+    parser.add_argument("--format", choices=FORMATS, action="append", required=True, dest="formats",
+                        help="what to write, may be repeated")
+    parser.add_argument("--left", metavar="IMAGE", type=Path, help="left image, for colours (default: none)")
+    add_json(parser)
+    add_cameras(parser)
+    matched = parser.add_argument_group("what the map was matched with")
+    matched.add_argument("--disparities", metavar="N", type=count, default=default.disparities,
+                         help="number of disparities (default: %(default)s)")
+    matched.add_argument("--min-disparity", metavar="N", type=natural, default=default.min_disparity,
+                         help="smallest disparity (default: %(default)s)")
+    matched.add_argument("--block-size", metavar="N", type=count, default=default.block_size,
+                         help="side of the block in pixels (default: %(default)s)")
+    clouds  = parser.add_argument_group("clouds and bags")
+    clouds.add_argument("--max-depth", metavar="METRES", type=positive,
+                        help="leave out points of the cloud that are farther (default: none)")
+    clouds.add_argument("--namespace", metavar="NAME", type=_namespace, default="/stereo",
+                        help="namespace of the bag's topics (default: %(default)s)")
+    clouds.add_argument("--frame-id", metavar="NAME", default="left_camera_optical",
+                        help="optical frame of the left camera (default: %(default)s)")
+    clouds.add_argument("--stamp-ns", metavar="N", type=_stamp,
+                        help="time of the images in nanoseconds since 1970 (default: now)")
+    parser.set_defaults(run=run)
+
+
+def _namespace(text: str) -> str:
+    name = "/" + text.strip("/")
+    if not re.fullmatch(r"(/[A-Za-z_][A-Za-z0-9_]*)+", name):
+        raise argparse.ArgumentTypeError(f"must be letters, digits and _, with / between, as /stereo, not '{text}'")
+    return name
+
+
+def _stamp(text: str) -> int:
+    stamp_ns = natural(text)
+    if stamp_ns >= _STAMP_LIMIT_NS:
+        raise argparse.ArgumentTypeError(f"must be less than {_STAMP_LIMIT_NS}, not '{text}'")
+    return stamp_ns
+
+
+def run(options: argparse.Namespace) -> int:
+    """Runs the command; all is read and checked before the first file is written."""
+    search    = SearchRange(options.disparities, options.min_disparity, options.block_size)
+    formats   = list(dict.fromkeys(options.formats))
+    disparity = read_disparity(options.map, search)
+    cameras   = chosen_cameras(options, disparity.shape[1], disparity.shape[0])
+    image     = None if options.left is None else _colours(options.left, disparity)
+    for format_ in formats:
+        if cameras is None and format_ not in _WITHOUT_CAMERAS:
+            raise UsageError(f"--format {format_} needs the cameras: give --cameras, --calib, or --focal with "
+                             "--baseline")
+    if "mcap" in formats:
+        search.check(disparity)
+
+    paths = [_write(options, format_, disparity, cameras, image, search) for format_ in formats]
+    if options.json:
+        print(json.dumps({"width": disparity.shape[1], "height": disparity.shape[0],
+                          "valid_pixels": int(np.isfinite(disparity).sum()), "files": [str(path) for path in paths]},
+                         indent=2))
+    else:
+        print("\n".join(f"wrote       {path}" for path in paths))
+    return 0
+
+
+def _colours(path: Path, disparity: NDArray[np.float32]) -> NDArray[np.uint8]:
+    """The left image, uint8, H x W x 3, BGR."""
+    image = read_colour(path)
+    if image.shape[:2] != disparity.shape:
+        raise ImageError(f"{path}: is {image.shape[1]}x{image.shape[0]} pixels, the map "
+                         f"{disparity.shape[1]}x{disparity.shape[0]}")
+    return image
+
+
+def _write(options: argparse.Namespace, format_: str, disparity: NDArray[np.float32], cameras: Cameras | None,
+           image: NDArray[np.uint8] | None, search: SearchRange) -> Path:
+    """Writes one format; returns the file."""
+    path: Path = options.output / FORMATS[format_][0]
+    contents: dict[str, Callable[[], bytes]] = {
+        "pfm": lambda: pfm_of(disparity),
+        "png": lambda: files.kitti_png(disparity),
+    }
+    if cameras is not None:
+        geometry  = cameras[0]
+        contents |= {
+            "depth-npy": lambda: files.depth_npy(geometry.depth_m(disparity)),
+            "depth-png": lambda: files.depth_png(geometry.depth_m(disparity)),
+            "ply":       lambda: files.ply(_points(options, geometry, disparity), image),
+        }
+        if format_ == "mcap":
+            stamp_ns = time.time_ns() if options.stamp_ns is None else options.stamp_ns
+            frame    = Frame(disparity, _points(options, geometry, disparity), image, *cameras, search, stamp_ns,
+                             options.frame_id)
+            return write_bag(path, [frame], options.namespace)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(contents[format_]())
+    except OSError as error:
+        raise ImageError(f"{path}: cannot be written: {error.strerror or error}") from None
+    return path
+
+
+def _points(options: argparse.Namespace, geometry: StereoGeometry, disparity: NDArray[np.float32]) -> NDArray[Any]:
+    points = geometry.points_m(disparity)
+    if options.max_depth is not None:
+        points[points[:, :, 2] > options.max_depth] = np.nan
+    return points

@@ -1,0 +1,6 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""Disparity maps as other programs want them: depth, point clouds, ROS messages."""

@@ -1,0 +1,51 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""Frames as a bag of ROS 2 (rosbag2) in an MCAP file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+
+from ..errors import ImageError
+from ..extras import import_extra
+from .messages import Frame, Messages
+
+#: Version of the bag's metadata: the oldest that rosbags writes, which older ROS 2 reads too.
+_VERSION = 8
+
+
+def write_bag(path: Path, frames: Iterable[Frame], namespace: str) -> Path:
+    """Writes frames into a new bag, with topics in `namespace`.
+
+    Returns
+    -------
+    The MCAP file, in the folder `path`.
+
+    Raises
+    ------
+    ImageError
+        The folder is there already, or cannot be written.
+    MissingExtraError
+        rosbags is not installed.
+    """
+    messages = Messages()
+    rosbag2  = import_extra("rosbags.rosbag2", "ros", "a ROS bag needs")
+    if path.exists():
+        raise ImageError(f"{path}: is there already, and a bag is only written anew: remove it, or name another folder")
+    try:
+        with rosbag2.Writer(path, version=_VERSION, storage_plugin=rosbag2.StoragePlugin.MCAP) as writer:
+            connections = {}
+            for frame in frames:
+                for name, message in messages.of(frame).items():
+                    kind = message.__msgtype__
+                    if name not in connections:
+                        connections[name] = writer.add_connection(f"{namespace}/{name}", kind,
+                                                                  typestore=messages.typestore)
+                    writer.write(connections[name], frame.stamp_ns, messages.typestore.serialize_cdr(message, kind))
+    except OSError as error:
+        raise ImageError(f"{path}: cannot be written: {error.strerror or error}") from None
+    return path / f"{path.name}.mcap"

@@ -1,0 +1,170 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""Disparity, depth, cameras and cloud as messages of ROS 2."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..camera_info import CameraInfo
+from ..extras import import_extra
+from ..geometry import StereoGeometry
+from ..settings import DISPARITY_SCALE
+from .maps import SearchRange
+
+_SECOND_NS = 1_000_000_000
+
+#: PointField's number of float32, and how many bytes it takes.
+_FLOAT32       = 7
+_FLOAT32_BYTES = 4
+
+
+@dataclass(frozen=True)
+class Frame:
+    """A map and all that goes with it.
+
+    Parameters
+    ----------
+    disparity_px
+        float32, H x W, in pixels, nan where there is no disparity.
+    points_m
+        float32, H x W x 3, in metres, nan where there is none.
+    image
+        The left image: uint8, H x W x 3, BGR; None for a cloud without colours.
+    geometry, cameras
+        Of the pair; left and right camera.
+    search
+        What the map was searched in.
+    stamp_ns
+        Time of the images in nanoseconds since 1970.
+    frame_id
+        Name of the left camera's optical frame, in which all of it is.
+    """
+
+    disparity_px: NDArray[np.float32]
+    points_m:     NDArray[np.float32]
+    image:        NDArray[np.uint8] | None
+    geometry:     StereoGeometry
+    cameras:      tuple[CameraInfo, CameraInfo]
+    search:       SearchRange
+    stamp_ns:     int
+    frame_id:     str
+
+
+class Messages:
+    """Makes messages of frames, by the definitions of ROS 2.
+
+    Raises
+    ------
+    MissingExtraError
+        rosbags, which has the definitions, is not installed.
+    """
+
+    def __init__(self) -> None:
+        typesys        = import_extra("rosbags.typesys", "ros", "a ROS bag needs")
+        #: The definitions; those used here are the same in all distributions.
+        self.typestore = typesys.get_typestore(typesys.Stores.ROS2_HUMBLE)
+
+    def of(self, frame: Frame) -> Mapping[str, Any]:
+        """All messages of a frame, by the ends of their topics."""
+        left, right = frame.cameras
+        return {
+            "disparity":         self.disparity(frame),
+            "depth":             self.image(frame, frame.geometry.depth_m(frame.disparity_px)),
+            "left/camera_info":  self.camera_info(frame, left),
+            "right/camera_info": self.camera_info(frame, right),
+            "points2":           self.points(frame),
+        }
+
+    def _make(self, kind: str, /, **values: Any) -> Any:
+        return self.typestore.types[kind](**values)
+
+    def _header(self, frame: Frame) -> Any:
+        stamp = self._make("builtin_interfaces/msg/Time", sec=frame.stamp_ns//_SECOND_NS,
+                           nanosec=frame.stamp_ns % _SECOND_NS)
+        return self._make("std_msgs/msg/Header", stamp=stamp, frame_id=frame.frame_id)
+
+    def _window(self, x: int, y: int, width: int, height: int) -> Any:
+        return self._make("sensor_msgs/msg/RegionOfInterest", x_offset=x, y_offset=y, width=width, height=height,
+                          do_rectify=False)
+
+    def image(self, frame: Frame, values: NDArray[np.float32]) -> Any:
+        """sensor_msgs/Image (32FC1) of values, float32, H x W."""
+        height, width = values.shape
+        return self._make("sensor_msgs/msg/Image", header=self._header(frame), height=height, width=width,
+                          encoding="32FC1", is_bigendian=0, step=width*_FLOAT32_BYTES, data=_bytes(values))
+
+    def disparity(self, frame: Frame) -> Any:
+        """stereo_msgs/DisparityImage.
+
+        Its disparities count from that of infinity, so that the depth is f*T/d whatever the principal points are, and
+        its limits with them. What is below min_disparity means that there is none.
+        """
+        height, width = frame.disparity_px.shape
+        zero_px       = frame.geometry.zero_px
+        least         = frame.search.min_disparity - zero_px
+        values        = np.where(np.isnan(frame.disparity_px), least - 1, frame.disparity_px - zero_px)
+        return self._make(
+            "stereo_msgs/msg/DisparityImage",
+            header        = self._header(frame),
+            image         = self.image(frame, values.astype(np.float32)),
+            f             = frame.geometry.focal_px,
+            t             = frame.geometry.baseline_m,
+            valid_window  = self._window(*frame.search.window(width, height)),
+            min_disparity = least,
+            max_disparity = frame.search.max_disparity - zero_px,
+            delta_d       = 1/DISPARITY_SCALE,
+        )
+
+    def camera_info(self, frame: Frame, camera: CameraInfo) -> Any:
+        """sensor_msgs/CameraInfo."""
+        return self._make(
+            "sensor_msgs/msg/CameraInfo",
+            header           = self._header(frame),
+            height           = camera.height,
+            width            = camera.width,
+            distortion_model = camera.distortion_model,
+            d                = camera.distortion.ravel(),
+            k                = camera.camera_matrix.ravel(),
+            r                = camera.rectification.ravel(),
+            p                = camera.projection.ravel(),
+            binning_x        = 0,
+            binning_y        = 0,
+            roi              = self._window(0, 0, 0, 0),  # All of the image.
+        )
+
+    def points(self, frame: Frame) -> Any:
+        """sensor_msgs/PointCloud2 in rows and columns as the image, nan where there is no point."""
+        height, width = frame.disparity_px.shape
+        parts         = {name: frame.points_m[:, :, axis] for axis, name in enumerate("xyz")}
+        if frame.image is not None:
+            # The convention of PCL: blue, green, red and 0 are the four bytes of a float.
+            padded       = np.dstack([frame.image, np.zeros((height, width), np.uint8)])
+            parts["rgb"] = np.ascontiguousarray(padded).view("<f4")[:, :, 0]
+        fields = [self._make("sensor_msgs/msg/PointField", name=name, offset=number*_FLOAT32_BYTES, datatype=_FLOAT32,
+                             count=1) for number, name in enumerate(parts)]
+        return self._make(
+            "sensor_msgs/msg/PointCloud2",
+            header       = self._header(frame),
+            height       = height,
+            width        = width,
+            fields       = fields,
+            is_bigendian = False,
+            point_step   = len(fields)*_FLOAT32_BYTES,
+            row_step     = len(fields)*_FLOAT32_BYTES*width,
+            data         = _bytes(np.stack(list(parts.values()), axis=-1)),
+            is_dense     = not np.isnan(frame.points_m).any(),
+        )
+
+
+def _bytes(values: NDArray[np.float32]) -> NDArray[np.uint8]:
+    """Little-endian bytes of an array, row by row."""
+    return np.frombuffer(values.astype("<f4").tobytes(), np.uint8)
