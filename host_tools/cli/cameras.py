@@ -21,10 +21,10 @@ Cameras = tuple[StereoGeometry, tuple[CameraInfo, CameraInfo]]
 
 
 def add_cameras(parser: argparse.ArgumentParser) -> None:
-    """Adds `--cameras`, `--calib`, and `--focal` with what belongs to it."""
+    """Adds `--calibration`, `--calib`, and `--focal` with what belongs to it."""
     group = parser.add_argument_group("cameras")
-    group.add_argument("--cameras", metavar=("LEFT", "RIGHT"), type=Path, nargs=2,
-                       help="camera_info YAML files of ROS (default: none)")
+    group.add_argument("--calibration", metavar="DIR", type=Path,
+                       help="folder with left.yaml and right.yaml of the cameras, camera_info of ROS (default: none)")
     group.add_argument("--calib", metavar="FILE", type=Path, help="calib.txt of Middlebury (default: none)")
     group.add_argument("--focal", metavar="PIXELS", type=positive, help="focal length (default: none)")
     group.add_argument("--baseline", metavar="METRES", type=positive, help="distance of the cameras (default: none)")
@@ -43,13 +43,13 @@ def chosen_cameras(options: argparse.Namespace, width: int, height: int) -> Came
         A file is none of its kind, or its cameras have other sizes than `width` x `height` pixels.
     """
     ideal = options.focal is not None or options.baseline is not None
-    given = [options.cameras is not None, options.calib is not None, ideal]
+    given = [options.calibration is not None, options.calib is not None, ideal]
     if sum(given) > 1:
-        raise UsageError("give only one of --cameras, --calib, and --focal with --baseline")
+        raise UsageError("give only one of --calibration, --calib, and --focal with --baseline")
     if options.principal_point is not None and not ideal:
         raise UsageError("--principal-point goes with --focal: other cameras have theirs")
-    if options.cameras is not None:
-        left, right = (read_camera_info(path) for path in options.cameras)
+    if options.calibration is not None:
+        left, right = (read_camera_info(options.calibration / f"{side}.yaml") for side in ("left", "right"))
         geometry    = pair_geometry(left, right)
         cameras     = left, right
     elif any(given):

@@ -47,14 +47,14 @@ _STAMP_LIMIT_NS = (1 << 31)*1_000_000_000
 _EPILOG = f"""\
 examples:
   litestereo export out/disparity.npy -o out --format ply --left left.png --calib calib.txt
-  litestereo export out/disparity.npy -o out --format mcap --cameras left.yaml right.yaml --disparities 32
+  litestereo export out/disparity.npy -o out --format mcap --calibration calibration --disparities 32
   litestereo export out/disparity.pfm -o out --format depth-png --focal 700 --baseline 0.12
   litestereo export out/disparity.npy -o out --format pfm --format png --min-disparity 16
 
 formats, and the files written:
 {chr(10).join(f"  {name:9}  {file:13}  {text}" for name, (file, text) in FORMATS.items())}
 
-MAP is what `litestereo match` writes: disparity.npy, .pfm or .png. The cameras are one of --cameras, --calib, and
+MAP is what `litestereo match` writes: disparity.npy, .pfm or .png. The cameras are one of --calibration, --calib, and
 --focal with --baseline. A map does not tell what it was matched with: say it with --min-disparity to every format, if
 it was not 0, and with --disparities and --block-size to mcap. Play the bag with `ros2 bag play out/rosbag2`.
 """
@@ -115,7 +115,7 @@ def run(options: argparse.Namespace) -> int:
     image     = None if options.left is None else _colours(options.left, disparity)
     for format_ in formats:
         if cameras is None and format_ not in _WITHOUT_CAMERAS:
-            raise UsageError(f"--format {format_} needs the cameras: give --cameras, --calib, or --focal with "
+            raise UsageError(f"--format {format_} needs the cameras: give --calibration, --calib, or --focal with "
                              "--baseline")
     if "mcap" in formats:
         search.check(disparity)

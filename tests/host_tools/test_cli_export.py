@@ -5,6 +5,7 @@
 
 """`litestereo export`: all that it writes is read back by somebody else's code."""
 
+import dataclasses
 import json
 import re
 import sys
@@ -37,6 +38,14 @@ MATCHED = ("--disparities", 32, "--block-size", 11)
 IDEAL = ("--focal", "500", "--baseline", "0.1")
 
 
+def cameras():
+    """Two cameras of `GEOMETRY`, which have to be undistorted and turned first."""
+    turned = cv2.Rodrigues(np.array([0.01, -0.02, 0.03]))[0]
+    return [dataclasses.replace(camera, camera_matrix=camera.camera_matrix + np.diag([9.0, 8.0, 0.0]),
+                                distortion=np.array([-0.3, 0.1, 0.001, side, 0.0]), rectification=turned)
+            for side, camera in enumerate(ideal_cameras(GEOMETRY))]
+
+
 @pytest.fixture
 def folder(tmp_path):
     """A map as `match` writes it, left image, and cameras."""
@@ -51,8 +60,9 @@ def folder(tmp_path):
                                "grey.png": rng.integers(0, 256, (HEIGHT, WIDTH)).astype(np.uint8),
                                "small.png": np.zeros((HEIGHT, WIDTH - 1), np.uint8)})
     (tmp_path / "calib.txt").write_text(data_sets.CALIB)
-    for name, camera in zip(("left", "right"), ideal_cameras(GEOMETRY), strict=True):
+    for name, camera in zip(("left", "right"), cameras(), strict=True):
         write_camera_info(tmp_path / f"{name}.yaml", camera)
+        write_camera_info(tmp_path / "swapped" / f"{'right' if name == 'left' else 'left'}.yaml", camera)
     return tmp_path
 
 
@@ -130,7 +140,7 @@ def read_ply(path):
 @pytest.mark.parametrize("image", ["left.png", "grey.png", None])
 def test_ply(folder, image):
     colours = ["--left", folder/image] if image else []
-    assert export(folder, "--format", "ply", "--cameras", folder/"left.yaml", folder/"right.yaml", *colours) == 0
+    assert export(folder, "--format", "ply", "--calibration", folder, *colours) == 0
     vertices = read_ply(folder / "out" / "cloud.ply")
     expected = points(folder)
     there    = np.isfinite(expected[:, :, 2])
@@ -160,7 +170,7 @@ def floats(image):
 
 def test_a_bag(folder, capfd):
     stamp = 1_700_000_000_123_456_789
-    assert export(folder, "--format", "mcap", "--cameras", folder/"left.yaml", folder/"right.yaml", "--left",
+    assert export(folder, "--format", "mcap", "--calibration", folder, "--left",
                   folder/"left.png", "--stamp-ns", stamp, "--frame-id", "eye", "--namespace", "/rig/stereo",
                   *MATCHED) == 0
     bag = read_bag(folder / "out" / "rosbag2" / "rosbag2.mcap")
@@ -197,10 +207,10 @@ def test_a_bag(folder, capfd):
     assert np.isnan(depth[~valid]).all()
 
     left, right = messages["left/camera_info"], messages["right/camera_info"]
-    for camera, ideal in ((left, ideal_cameras(GEOMETRY)[0]), (right, ideal_cameras(GEOMETRY)[1])):
+    for camera, written in zip((left, right), cameras(), strict=True):
         assert (camera.width, camera.height, camera.distortion_model) == (WIDTH, HEIGHT, "plumb_bob")
-        for name, matrix in (("k", ideal.camera_matrix), ("d", ideal.distortion), ("r", ideal.rectification),
-                             ("p", ideal.projection)):
+        for name, matrix in (("k", written.camera_matrix), ("d", written.distortion), ("r", written.rectification),
+                             ("p", written.projection)):
             np.testing.assert_allclose(getattr(camera, name), matrix.ravel())
     assert right.p[3] == pytest.approx(-500.5*0.1205) and left.p[3] == 0
 
@@ -237,14 +247,15 @@ def test_a_bag_is_read_by_rosbags_too(folder):
 @pytest.mark.parametrize(("arguments", "status", "text"), [
     (["--format", "obj"], 2, "invalid choice"),
     ([], 2, "--format"),
-    (["--format", "ply"], 2, "--format ply needs the cameras: give --cameras, --calib, or --focal with --baseline"),
+    (["--format", "ply"], 2, "--format ply needs the cameras: give --calibration, --calib, or --focal with --baseline"),
     (["--format", "ply", "--focal", "500"], 2, "need each other"),
     (["--format", "ply", "--focal", "0", "--baseline", "1"], 2, "above 0"),
     (["--format", "ply", "--calib", "calib.txt", *IDEAL], 2, "only one of"),
     (["--format", "ply", "--calib", "calib.txt", "--principal-point", "1", "2"], 2, "goes with --focal"),
     (["--format", "ply", "--calib", "left.yaml"], 1, "no calib.txt"),
     (["--format", "ply", "--calib", "none.txt"], 1, "no such file"),
-    (["--format", "ply", "--cameras", "right.yaml", "left.yaml"], 1, "swapped"),
+    (["--format", "ply", "--calibration", "none"], 1, "none/left.yaml: there is no such file"),
+    (["--format", "ply", "--calibration", "swapped"], 1, "swapped"),
     (["--format", "ply", "--left", "small.png", *IDEAL], 1, "is 119x50 pixels, the map 120x50"),
     (["--format", "ply", "--left", "calib.txt", *IDEAL], 1, "not an image"),
     (["--format", "mcap", *IDEAL, "--disparities", "16", "--block-size", "11"], 1, "out of range"),

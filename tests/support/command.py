@@ -7,18 +7,22 @@
 
 from __future__ import annotations
 
+from typing import Any
+
+import pytest
+
 from litestereo.host_tools import cli
 
 
-def run(*arguments):
-    """Exit status of the command in this process."""
+def run(*arguments: object) -> Any:
+    """Exit status of the command."""
     try:
         return cli.main([str(argument) for argument in arguments])
     except SystemExit as end:
         return end.code
 
 
-def one_line(capfd):
+def one_line(capfd: pytest.CaptureFixture[str]) -> str:
     """The one line that a failed command has written."""
     out, err = capfd.readouterr()
     assert out == ""
