@@ -138,6 +138,16 @@ def test_a_calibration_gives_depth(data, images, tmp_path, capfd):
         assert cv2.imread(frame["file"], cv2.IMREAD_UNCHANGED).dtype == np.uint16
 
 
+def test_a_calibration_for_another_size(data, tmp_path, capfd):
+    """Found out with the first pair, when the device is there already: it is let go of."""
+    for name, camera in zip(FILES, ideal_cameras(StereoGeometry(97, 40, 100.0, 0.06, 48.0, 20.0, 48.0)), strict=True):
+        write_camera_info(tmp_path/name, camera)
+    with native_udp_device() as port:
+        for _ in range(2):
+            assert run(*stream(data/"pairs", device=f"udp://127.0.0.1:{port}"), "--calibration", tmp_path) == 1
+            assert "96x40 pixels, the calibration is for 97x40" in one_line(capfd)
+
+
 def test_ctrl_c_ends_a_stream_well(tmp_path):
     """Of many frames the first ones are matched; the process ends with a summary of those."""
     left, right = textured_pair(96, 40, generator(131))
