@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from ..camera_info import CameraInfo
 from ..errors import GeometryError
-from .board import Board
+from .find import BadPair, BoardPair
 
 #: Fewer pairs do not determine two cameras.
 MIN_PAIRS = 3
@@ -27,9 +27,6 @@ _BAD_PX     = 0.5
 
 #: No more than this part of the pairs is left out: if more are bad, it is not the pairs.
 _MOST_BAD = 1/3
-
-#: Least number of corners that both cameras must see.
-_MIN_COMMON_CORNERS = 6
 
 #: Distortion models by ROS's names, and what OpenCV needs for them. The third radial coefficient of the first stays 0:
 #: but for wide lenses, which are for the second, it follows the noise.
@@ -42,30 +39,6 @@ _COEFFICIENTS = {"plumb_bob": 5, "rational_polynomial": 8}
 _LEAST_BASELINE_M = 1e-4
 
 _CRITERIA = (cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, 100, 1e-7)
-
-Image  = NDArray[np.uint8]
-Matrix = NDArray[np.float64]
-
-
-@dataclass(frozen=True, eq=False)
-class BoardPair:
-    """The board in a pair of pictures: its corners that both show.
-
-    `points_m` is float32, N x 3, in metres, on the board; `left_px` and `right_px` are float32, N x 2.
-    """
-
-    name:     str
-    points_m: NDArray[np.float32]
-    left_px:  NDArray[np.float32]
-    right_px: NDArray[np.float32]
-
-
-@dataclass(frozen=True)
-class BadPair:
-    """A pair that was not used, and why."""
-
-    name:   str
-    reason: str
 
 
 @dataclass(frozen=True)
@@ -95,24 +68,6 @@ class Calibration:
     epipolar_px:     float
     pairs:           tuple[PairErrors, ...]
     bad:             tuple[BadPair, ...]
-
-
-def find_board(name: str, left: Image, right: Image, board: Board) -> BoardPair | BadPair:
-    """Looks for a board in a pair of pictures (uint8, H x W)."""
-    if left.shape != right.shape:
-        return BadPair(name, f"left is {left.shape[1]}x{left.shape[0]} pixels, right {right.shape[1]}x{right.shape[0]}")
-    found   = [board.find(left), board.find(right)]
-    missing = [side for side, corners in zip(("left", "right"), found, strict=True) if corners is None]
-    if found[0] is None or found[1] is None:
-        return BadPair(name, f"pattern not found in the {' and the '.join(missing)} image")
-    common, in_left, in_right = np.intersect1d(found[0].ids, found[1].ids, return_indices=True)
-    if len(common) < _MIN_COMMON_CORNERS:
-        return BadPair(name, f"only {len(common)} corners in both images, {_MIN_COMMON_CORNERS} are needed")
-    left_px, right_px = found[0].pixels[in_left], found[1].pixels[in_right]
-    # A chessboard may be found upside down in one of the two; cameras of a pair are not.
-    if np.dot(left_px[-1] - left_px[0], right_px[-1] - right_px[0]) < 0:
-        right_px = right_px[::-1]
-    return BoardPair(name, board.points_m[common], left_px, np.ascontiguousarray(right_px))
 
 
 def calibrate(pairs: Sequence[BoardPair], width: int, height: int, model: str = "plumb_bob", alpha: float = 0.0,
@@ -182,7 +137,7 @@ def _solve(pairs: Sequence[BoardPair], size: tuple[int, int], model: str, alpha:
     return Calibration(cameras[0], cameras[1], float(rms), epipolar, errors, ())
 
 
-def _check_shift(shift_m: Matrix) -> None:
+def _check_shift(shift_m: NDArray[np.float64]) -> None:
     """Raises GeometryError unless the right camera is to the right of the left one; `shift_m` is T, float64, 3."""
     if np.abs(shift_m).max() < _LEAST_BASELINE_M:
         raise GeometryError("both cameras are at the same place: are the two folders of one camera?")

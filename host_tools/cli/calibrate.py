@@ -20,7 +20,8 @@ import rich.progress
 import rich.table
 
 from ..calibration.board import KINDS, make_board
-from ..calibration.calibrate import MODELS, BadPair, BoardPair, Calibration, calibrate, find_board
+from ..calibration.calibrate import MODELS, Calibration, calibrate
+from ..calibration.find import BadPair, BoardPair, find_board
 from ..calibration.rectify import FILES, geometry_text
 from ..camera_info import pair_geometry, write_camera_info
 from ..errors import GeometryError, ImageError

@@ -10,32 +10,24 @@ from __future__ import annotations
 import argparse
 import dataclasses
 import json
-import math
 import sys
 from pathlib import Path
-from typing import Any
 
-import numpy as np
 import rich.console
 import rich.progress
-from numpy.typing import NDArray
 
 from ..calibration.depth import write_cloud, write_depth
 from ..calibration.rectify import read_calibration
-from ..call import LinkCounters
 from ..device import connect
-from ..devices.base import DeviceInfo, Result, check_minimum_size, check_pair
+from ..devices.base import check_minimum_size, check_pair
 from ..errors import ImageError
 from ..ground_truth import read_ground_truth
 from ..images import read_grey, write_disparity
-from ..metrics import Quality, rate
+from ..metrics import rate
 from ..settings import MatcherSettings
-from ..speckle import SpeckleFilter
 from .arguments import Parser, add_calibration, add_device, add_json, positive
+from .match_summary import as_text, depth_summary, link_summary, match_summary
 from .matching import add_settings, chosen_settings, chosen_speckle_filter
-
-#: Clock that frame rates are given for, so that simulations and boards can be compared.
-_RATE_CLOCK_HZ = 100_000_000
 
 _EPILOG = """\
 examples:
@@ -119,9 +111,9 @@ def run(options: argparse.Namespace) -> int:
         write_depth(files[-2], depth_m)
         write_cloud(files[-1], rectifier, options.left, result.disparity, settings)
     quality = None if truth is None else rate(result.disparity, truth, settings.invalid)
-    summary = (_summary(info, result, speckle, files, quality) | _link_summary(result, link)
-               | {"depth_m": _depth_summary(depth_m)})
-    print(json.dumps(summary, indent=2) if options.json else _text(summary))
+    summary = (match_summary(info, result, speckle, files, quality) | link_summary(result, link)
+               | {"depth_m": depth_summary(depth_m)})
+    print(json.dumps(summary, indent=2) if options.json else as_text(summary))
     return 0
 
 
@@ -136,76 +128,3 @@ class _ProgressBars:
         if phase not in self._tasks:
             self._tasks[phase] = self._bars.add_task(phase, total=total)
         self._bars.update(self._tasks[phase], completed=done)
-
-
-def _summary(info: DeviceInfo, result: Result, speckle: SpeckleFilter, files: list[Path],
-             quality: Quality | None) -> dict[str, Any]:
-    """Everything that is worth knowing of a match, as JSON has it."""
-    pixels: NDArray[Any] = result.disparity
-    height, width = pixels.shape
-    clocks        = result.clocks
-    return {
-        "device":           info.name,
-        "width":            width,
-        "height":           height,
-        **dataclasses.asdict(result.settings),
-        "speckle_window":   speckle.window,
-        "speckle_range":    speckle.range,
-        "clocks":           clocks,
-        "first_row_clocks": result.first_row_clocks,
-        "clocks_per_pixel": clocks/(width*height) if clocks else None,
-        "fps_at_100_mhz":   _RATE_CLOCK_HZ/clocks if clocks else None,
-        "upload_s":         result.upload_s,
-        "match_s":          result.match_s,
-        "download_s":       result.download_s,
-        "files":            [str(path) for path in files],
-        "quality":          None if quality is None else {
-            name: None if math.isnan(value) else value
-            for name, value in dataclasses.asdict(quality).items()},
-    }
-
-
-def _depth_summary(depth_m: NDArray[np.float32] | None) -> dict[str, float] | None:
-    """Nearest, middle and farthest depth in metres; None where there is none."""
-    known = np.array([]) if depth_m is None else depth_m[np.isfinite(depth_m)]
-    if not known.size:
-        return None
-    return {"nearest": float(known.min()), "median": float(np.median(known)), "farthest": float(known.max())}
-
-
-def _link_summary(result: Result, link: LinkCounters | None) -> dict[str, Any]:
-    """What the link to a device did; None where there is none."""
-    carried = {"upload": 2*result.disparity.size, "download": result.disparity.nbytes}
-    seconds = {"upload": result.upload_s, "download": result.download_s}
-    rates   = {f"{phase}_mb_per_s": carried[phase]/seconds[phase]/1e6 if link and seconds[phase] > 0 else None
-               for phase in carried}
-    return {**rates, "repairs": link.repairs if link else None}
-
-
-def _text(summary: dict[str, Any]) -> str:
-    """The summary for people."""
-    times = ", ".join(f"{phase} {summary[f'{phase}_s']:.3f} s" for phase in ("upload", "match", "download"))
-    size  = f"{summary['width']}x{summary['height']} pixels"
-    lines = [
-        f"device      {summary['device']}",
-        f"size        {size}, {summary['disparities']} disparities, block size {summary['block_size']}",
-        f"time        {times}",
-    ]
-    if summary["repairs"] is not None:
-        rates = ", ".join(f"{phase} {summary[f'{phase}_mb_per_s'] or 0:.3g} MB/s" for phase in ("upload", "download"))
-        lines.append(f"link        {rates}, repairs {summary['repairs']}")
-    if summary["clocks"]:
-        lines.append(f"clocks      {summary['clocks']}, {summary['clocks_per_pixel']:.3f} per pixel, "
-                     f"{summary['fps_at_100_mhz']:.1f} frames/s at 100 MHz")
-    if summary["depth_m"] is not None:
-        depth = summary["depth_m"]
-        lines.append(f"depth       {depth['nearest']:.3f} to {depth['farthest']:.3f} m, median {depth['median']:.3f} m")
-    if summary["quality"] is not None:
-        quality = {name: math.nan if value is None else value for name, value in summary["quality"].items()}
-        lines += [
-            f"bad-1.0     {quality['bad_1_0']:.2f} %",
-            f"bad-2.0     {quality['bad_2_0']:.2f} %",
-            f"mean error  {quality['mean_error']:.3f} pixels",
-            f"density     {quality['density']:.2f} %",
-        ]
-    return "\n".join([*lines, *(f"wrote       {path}" for path in summary["files"])])

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from litestereo.host_tools.calibration.board import make_board
-from litestereo.host_tools.calibration.calibrate import BadPair, BoardPair, calibrate, find_board
+from litestereo.host_tools.calibration.calibrate import calibrate
+from litestereo.host_tools.calibration.find import BadPair, BoardPair, find_board
 from litestereo.host_tools.errors import GeometryError, UsageError
 from litestereo.host_tools.images import read_grey
 from support import rig
@@ -104,6 +105,17 @@ def test_pairs_without_the_board():
                               (image, image[:-2], "right 288x214")):
         bad = find_board("x", left, right, board)
         assert isinstance(bad, BadPair) and text in bad.reason
+
+
+def test_a_wide_lens_and_all_that_it_sees(pairs):
+    """The model with eight coefficients, and rectified images with black borders."""
+    result = calibrate(pairs, rig.WIDTH, rig.HEIGHT, "rational_polynomial", alpha=1)
+    narrow = calibrate(pairs, rig.WIDTH, rig.HEIGHT)
+    assert (result.left.distortion_model, len(result.left.distortion)) == ("rational_polynomial", 8)
+    assert result.reprojection_px < 0.01 and result.epipolar_px < 0.01
+    assert -result.right.projection[0, 3]/result.right.projection[0, 0] == pytest.approx(rig.BASELINE_M, rel=0.001)
+    # More of the scene in as many pixels: a shorter focal length.
+    assert result.left.projection[0, 0] < 0.99*narrow.left.projection[0, 0]
 
 
 def test_cameras_that_are_no_pair(pairs):

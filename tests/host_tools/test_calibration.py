@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from litestereo.host_tools.calibration.board import make_board
-from litestereo.host_tools.calibration.calibrate import find_board
+from litestereo.host_tools.calibration.find import find_board
 from litestereo.host_tools.calibration.rectify import read_calibration
 from litestereo.host_tools.camera_info import read_camera_info
 from litestereo.host_tools.images import read_grey
