@@ -8,6 +8,7 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import json
 import sys
 import time
@@ -83,10 +84,14 @@ def run(options: argparse.Namespace) -> int:
     # A montage alone needs no viewer.
     viewed    = target != Target() or options.montage is None
     last      = None
-    with open_source(options.source) as source, connect(options.device) as device, stopped_by_ctrl_c() as stop:
+    with (open_source(options.source) as source, connect(options.device) as device, stopped_by_ctrl_c() as stop,
+          contextlib.ExitStack() as closing):
         matching = chosen_matching(options, device.info().default_settings())
         viewer   = Viewer(target, geometry, options.max_points) if viewed else None
         meter    = Meter()
+        if viewer is not None:
+            # A recording holds what was seen before an error, too.
+            closing.callback(viewer.close)
         if viewer is not None and viewer.page:
             print(f"litestereo: note: look at {viewer.page}, Ctrl-C ends it", file=sys.stderr)
         for last in watch(device, source, matching, options.frames, stop):
@@ -95,8 +100,6 @@ def run(options: argparse.Namespace) -> int:
                 viewer.show(meter.frames - 1, last, meter)
         while viewer is not None and viewer.page and not stop.requested:
             time.sleep(_LOOK_S)
-        if viewer is not None:
-            viewer.close()
         summary = {"device": device.info().name, **meter.summary()}
     if options.montage is not None and last is not None:
         write_png(options.montage, montage(last))

@@ -111,6 +111,18 @@ def test_without_a_calibration_there_is_no_depth(data, tmp_path):
     assert not [entity for entity, _ in rows if "depth" in entity or "points" in entity]
 
 
+def test_a_recording_ends_well_at_an_error(data, tmp_path, capfd):
+    """The third pair is damaged: the two before it are there."""
+    for side in ("left", "right"):
+        (tmp_path/side).mkdir()
+        for number in range(3):
+            content = (data/side/f"{number}.png").read_bytes()
+            (tmp_path/side/f"{number}.png").write_bytes(content if number < 2 else content[:2000])
+    assert run(*view(tmp_path, "--save", tmp_path/"out.rrd")) == 1
+    assert "left/2.png: is not an image" in one_line(capfd)
+    assert sorted(loaded(tmp_path/"out.rrd")["/left", "Image:buffer"]) == [0, 1]
+
+
 def test_most_points_of_a_cloud(data, tmp_path):
     assert run(*view(data, "--save", tmp_path/"out.rrd", "--calibration", data/"calibration", "--max-points", 100)) == 0
     counts = [len(points) for points in loaded(tmp_path/"out.rrd")["/world/points", "Points3D:positions"].values()]
