@@ -104,7 +104,7 @@ class FrameLink(FrameLinkCSR, LiteXModule):
             "uploads_unfit":         sorter.unfit,
             "chunks_received":       sorter.accepted,
             "chunks_repeated":       sorter.repeated,
-            "chunks_while_matching": sorter.accepted & self.matching,
+            "chunks_while_matching": sorter.stored & self.matching,
             "datagrams_sent":        framer.sent,
         }
         self.counters = {}

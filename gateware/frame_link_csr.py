@@ -32,7 +32,7 @@ COUNTERS = {
                              "one comes first.",
     "chunks_received":       "Chunks written, or passed to the matcher.",
     "chunks_repeated":       "Chunks that had been before, and were dropped.",
-    "chunks_while_matching": "Chunks written while the matcher was at work.",
+    "chunks_while_matching": "Chunks written to memory while the matcher was at work.",
     "datagrams_sent":        "Datagrams sent.",
 }
 

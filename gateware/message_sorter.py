@@ -46,6 +46,7 @@ class MessageSorter(LiteXModule):
         # Status and events (pulses).
         self.writing      = Signal()   # A chunk is on its way to memory, in the slot `table.found`.
         self.accepted     = Signal()   # A chunk has arrived, or passed.
+        self.stored       = Signal()   # It has arrived in memory.
         self.repeated     = Signal()   # A chunk had arrived before.
         self.foreign      = Signal()   # A chunk of another session or peer.
         self.unfit        = Signal()   # A chunk of no open frame.
@@ -174,6 +175,7 @@ class MessageSorter(LiteXModule):
             If(writer.idle,
                 table.set.eq(1),
                 self.accepted.eq(1),
+                self.stored.eq(1),
                 NextState("BEGIN")
             )
         )

@@ -46,6 +46,10 @@ class MissingExtraError(LiteStereoError):
     """A package that only some commands need, and that is not installed."""
 
 
+class ViewerError(LiteStereoError):
+    """A viewer that cannot be started or reached, or a recording that cannot be written."""
+
+
 class DeviceError(LiteStereoError):
     """A device that cannot be reached, or fails while it is used."""
 

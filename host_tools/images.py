@@ -8,6 +8,7 @@
 from __future__ import annotations
 
 import contextlib
+import io
 import os
 from collections.abc import Iterator
 from pathlib import Path
@@ -26,9 +27,12 @@ INVALID = -DISPARITY_SCALE
 #: Disparity files in the convention of the KITTI benchmark hold 256 times the disparity in pixels.
 KITTI_SCALE = 256
 
+#: Endings of the kinds of files that `write_map` writes.
+FORMATS = ("png", "pfm", "npy")
+
 
 @contextlib.contextmanager
-def _quiet_stderr() -> Iterator[None]:
+def quiet_stderr() -> Iterator[None]:
     """Keeps what the image libraries write on stderr off the terminal: the exception says it, once."""
     saved = os.dup(2)
     try:
@@ -54,7 +58,7 @@ def read_image(path: Path) -> NDArray[Any]:
     """Image in a file as OpenCV decodes it, channels and depth unchanged; raises ImageError if it is none."""
     data = np.frombuffer(read_file(path), np.uint8)
     try:
-        with _quiet_stderr():
+        with quiet_stderr():
             image = cv2.imdecode(data, cv2.IMREAD_UNCHANGED) if len(data) else None
     except cv2.error:
         image = None
@@ -93,6 +97,17 @@ def read_grey(path: Path) -> tuple[NDArray[np.uint8], list[str]]:
         image = cv2.cvtColor(image, cv2.COLOR_BGRA2GRAY if image.shape[2] == 4 else cv2.COLOR_BGR2GRAY)
         notices.append(f"{path}: colour image, converted to grey")
     return np.ascontiguousarray(image, np.uint8), notices
+
+
+def read_colour(path: Path) -> NDArray[np.uint8]:
+    """Image in a file in colour: uint8, H x W x 3, BGR; of 16 bits the upper 8. Raises ImageError as `read_grey`."""
+    image = read_image(path)
+    if image.dtype == np.uint16:
+        image = (image >> 8).astype(np.uint8)
+    if image.dtype != np.uint8:
+        raise ImageError(f"{path}: has pixels of type {image.dtype}, an 8- or 16-bit image is needed")
+    grey = image.ndim == 2 or image.shape[2] == 1
+    return np.asarray(cv2.cvtColor(image, cv2.COLOR_GRAY2BGR) if grey else image[:, :, :3], np.uint8)
 
 
 def disparity_pixels(disparity: NDArray[np.int16], invalid: int = INVALID) -> NDArray[np.float32]:
@@ -150,14 +165,39 @@ def write_disparity(folder: Path, disparity: NDArray[np.int16], settings: Matche
         A file cannot be written.
     """
     paths = [folder / f"disparity{ending}" for ending in (".npy", ".pfm", ".png", "_color.png")]
-    npy, pfm, png, color = paths
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        np.save(npy, disparity)
-        pfm.write_bytes(encode_pfm(disparity, settings.invalid))
-        png.write_bytes(cv2.imencode(".png", kitti_image(disparity, settings.invalid))[1].tobytes())
-        color.write_bytes(cv2.imencode(".png", color_image(disparity, settings))[1].tobytes())
-    except OSError as error:
-        raise ImageError(f"{error.filename or folder}: cannot be written: "
-                         f"{error.strerror or error}") from None
+    for path in paths[:3]:
+        write_map(path, disparity, settings)
+    write_png(paths[3], color_image(disparity, settings))
     return paths
+
+
+def write_map(path: Path, disparity: NDArray[np.int16], settings: MatcherSettings) -> None:
+    """Writes one map (int16, H x W, sixteenths) by the file's ending: see `write_disparity`; makes the folder.
+
+    Raises
+    ------
+    ImageError
+        The file cannot be written.
+    """
+    if path.suffix == ".npy":
+        buffer = io.BytesIO()
+        np.save(buffer, disparity)
+        write_file(path, buffer.getvalue())
+    elif path.suffix == ".pfm":
+        write_file(path, encode_pfm(disparity, settings.invalid))
+    else:
+        write_png(path, kitti_image(disparity, settings.invalid))
+
+
+def write_png(path: Path, image: NDArray[Any]) -> None:
+    """Writes an image (H x W, or H x W x 3 in BGR) as PNG, making the folder; raises ImageError if it cannot."""
+    write_file(path, cv2.imencode(".png", image)[1].tobytes())
+
+
+def write_file(path: Path, data: bytes) -> None:
+    """Writes a file, making its folder if need be; raises ImageError if it cannot be written."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(data)
+    except OSError as error:
+        raise ImageError(f"{error.filename or path}: cannot be written: {error.strerror or error}") from None

@@ -11,10 +11,10 @@
 
 #include "platform.h"
 
-#ifndef CSR_FRAME_LINK_BASE
-
 #define READS(name)  static inline uint32_t frame_link_##name##_read(void) { return 0; }
 #define WRITES(name) static inline void frame_link_##name##_write(uint32_t value) { (void)value; }
+
+#ifndef CSR_FRAME_LINK_BASE
 
 READS(version)
 READS(slots)
@@ -28,8 +28,6 @@ READS(arrived)
 READS(mailbox_produced)
 READS(send_status)
 READS(streaming)
-READS(stream_status)
-READS(stream_offset)
 READS(datagrams_received)
 READS(datagrams_sent)
 READS(datagrams_malformed)
@@ -61,14 +59,22 @@ WRITES(send_offset)
 WRITES(send_base)
 WRITES(send_length)
 WRITES(send_control)
+
+#endif
+
+/* A frame link may be built without streaming. */
+#ifndef CSR_FRAME_LINK_STREAM_CONTROL_ADDR
+
+READS(stream_status)
+READS(stream_offset)
 WRITES(stream_frame_id)
 WRITES(stream_pixels)
 WRITES(stream_sequence)
 WRITES(stream_control)
 
+#endif
+
 #undef READS
 #undef WRITES
-
-#endif
 
 #endif

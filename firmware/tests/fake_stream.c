@@ -73,14 +73,14 @@ fake_stream_fate_t fake_stream_take(const message_t *message)
 {
     uint32_t rest = stream.size - stream.taken;
 
-    if (!stream.open || fake_frame_link.hang || message->frame_id != stream.frame_id
+    if (fake_frame_link.hang || message->frame_id != stream.frame_id
         || message->offset % CHUNK != 0 || message->offset > stream.taken) {
         return FAKE_STREAM_UNFIT;
     }
     if (message->offset < stream.taken) {
         return FAKE_STREAM_REPEATED;
     }
-    if (message->length != (rest < CHUNK ? rest : CHUNK)) {
+    if (!stream.open || message->length != (rest < CHUNK ? rest : CHUNK)) {
         return FAKE_STREAM_UNFIT;
     }
     memcpy(stream.pairs + stream.taken, message->payload, message->length);

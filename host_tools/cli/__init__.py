@@ -24,6 +24,9 @@ _EPILOG = """\
 examples:
   litestereo match left.png right.png -o out --device model:
   litestereo match left.png right.png -o out --device 'serial:/dev/ttyUSB0?baud=1000000' --block-size 15
+  litestereo calibrate left/ right/ --pattern chessboard 9x6 --square 0.025 -o calibration/
+  litestereo stream camera:0 camera:1 --device udp://192.168.1.50 --calibration calibration/
+  litestereo view left.png right.png --device model: --montage out.png
   litestereo eval data/teddy --device model: --opencv bm --opencv sgbm
   litestereo export out/disparity.npy -o out --format ply --left left.png --focal 700 --baseline 0.12
   litestereo info --device udp://192.168.1.50 --json
@@ -38,21 +41,22 @@ devices:
                                     the gateware alone, in Verilator
   model:                            the reference model, in NumPy
 
-exit status: 0 success, 1 failure, 2 wrong usage, 130 interrupted
+exit status: 0 success, 1 failure, 2 wrong usage, 130 interrupted (stream and view: 0, Ctrl-C is their usual end)
 """
 
 
 def _parser() -> Parser:
     # Here and not above: loading OpenCV takes a while, and an interrupt meanwhile shall end like any other.
-    from . import console, evaluate, export, info, match, stats
+    from . import bench, calibrate, completion, console, evaluate, export, info, match, rectify, stats, stream, view
 
     parser  = Parser(prog="litestereo", description="Stereo matching with a LiteStereo device.",
                      epilog=_EPILOG)
     version = importlib.metadata.version("litestereo")
     parser.add_argument("--version", action="version", version=f"litestereo {version}")
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
-    for command in (match, evaluate, export, info, stats, console):
+    for command in (match, stream, view, calibrate, rectify, evaluate, export, bench, info, stats, console):
         command.add_parser(commands)
+    completion.add_parser(commands, lambda: parser)
     return parser
 
 

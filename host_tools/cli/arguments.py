@@ -10,6 +10,7 @@ from __future__ import annotations
 import argparse
 import os
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any, NoReturn
 
 from ..errors import UsageError
@@ -42,6 +43,13 @@ def add_device(parser: argparse.ArgumentParser) -> None:
 def add_json(parser: argparse.ArgumentParser) -> None:
     """Adds `--json`."""
     parser.add_argument("--json", action="store_true", help="print JSON instead of text (default: text)")
+
+
+def add_calibration(parser: argparse.ArgumentParser, required: bool = False) -> None:
+    """Adds `--calibration`."""
+    parser.add_argument("--calibration", metavar="DIR", type=Path, required=required,
+                        help="folder with left.yaml and right.yaml of the cameras, as `litestereo calibrate` writes "
+                             "them" + ("" if required else ": images are rectified first (default: they are already)"))
 
 
 def device_url(text: str) -> str:
@@ -90,6 +98,17 @@ def positive(text: str) -> float:
         number = 0.0
     if not 0 < number < float("inf"):
         raise argparse.ArgumentTypeError(f"must be a number above 0, not '{text}'")
+    return number
+
+
+def fraction(text: str) -> float:
+    """Argument type: a number from 0 to 1."""
+    try:
+        number = float(text)
+    except ValueError:
+        number = -1.0
+    if not 0 <= number <= 1:
+        raise argparse.ArgumentTypeError(f"must be a number from 0 to 1, not '{text}'")
     return number
 
 

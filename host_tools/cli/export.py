@@ -15,7 +15,6 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -25,7 +24,7 @@ from ..export.bag import write_bag
 from ..export.maps import SearchRange, read_disparity
 from ..export.messages import Frame
 from ..geometry import StereoGeometry
-from ..images import pfm_of, read_image
+from ..images import pfm_of, read_colour
 from .arguments import Parser, add_json, count, natural, positive
 from .cameras import Cameras, add_cameras, chosen_cameras
 
@@ -133,16 +132,11 @@ def run(options: argparse.Namespace) -> int:
 
 def _colours(path: Path, disparity: NDArray[np.float32]) -> NDArray[np.uint8]:
     """The left image, uint8, H x W x 3, BGR."""
-    image = read_image(path)
+    image = read_colour(path)
     if image.shape[:2] != disparity.shape:
         raise ImageError(f"{path}: is {image.shape[1]}x{image.shape[0]} pixels, the map "
                          f"{disparity.shape[1]}x{disparity.shape[0]}")
-    if image.dtype == np.uint16:
-        image = (image >> 8).astype(np.uint8)
-    if image.dtype != np.uint8:
-        raise ImageError(f"{path}: has pixels of type {image.dtype}, an 8- or 16-bit image is needed")
-    grey = image.ndim == 2 or image.shape[2] == 1
-    return np.asarray(cv2.cvtColor(image, cv2.COLOR_GRAY2BGR) if grey else image[:, :, :3], np.uint8)
+    return image
 
 
 def _write(options: argparse.Namespace, format_: str, disparity: NDArray[np.float32], cameras: Cameras | None,

@@ -10,29 +10,24 @@ from __future__ import annotations
 import argparse
 import dataclasses
 import json
-import math
 import sys
 from pathlib import Path
-from typing import Any
 
 import rich.console
 import rich.progress
-from numpy.typing import NDArray
 
-from ..call import LinkCounters
+from ..calibration.depth import write_cloud, write_depth
+from ..calibration.rectify import read_calibration
 from ..device import connect
-from ..devices.base import DeviceInfo, Result, check_minimum_size, check_pair
+from ..devices.base import check_minimum_size, check_pair
 from ..errors import ImageError
 from ..ground_truth import read_ground_truth
 from ..images import read_grey, write_disparity
-from ..metrics import Quality, rate
+from ..metrics import rate
 from ..settings import MatcherSettings
-from ..speckle import SpeckleFilter
-from .arguments import Parser, add_device, add_json, positive
+from .arguments import Parser, add_calibration, add_device, add_json, positive
+from .match_summary import as_text, depth_summary, link_summary, match_summary
 from .matching import add_settings, chosen_settings, chosen_speckle_filter
-
-#: Clock that frame rates are given for, so that simulations and boards can be compared.
-_RATE_CLOCK_HZ = 100_000_000
 
 _EPILOG = """\
 examples:
@@ -40,12 +35,16 @@ examples:
   litestereo match left.png right.png -o out --device tcp://127.0.0.1:2000 --disparities 32 --block-size 15
   litestereo match left.png right.png -o out --device cosim: --ground-truth truth.png --ground-truth-scale 4
   litestereo match left.png right.png -o out --device model: --disp12-max-diff 1 --speckle-window 100 --speckle-range 2
+  litestereo match left.png right.png -o out --device model: --calibration calibration/
 
 files written:
   disparity.npy        int16, sixteenths of a pixel, (min_disparity - 1)*16 where there is no disparity
   disparity.pfm        float32, pixels, inf where there is none (Middlebury)
   disparity.png        16 bits, 256 times the disparity in pixels, 0 where there is none (KITTI)
   disparity_color.png  for viewing, black where there is none
+with --calibration, besides, of the rectified left image:
+  depth.npy            float32, metres, nan where there is none
+  cloud.ply            points in metres, with the image's colours
 """
 
 
@@ -58,6 +57,7 @@ def add_parser(commands: argparse._SubParsersAction[Parser]) -> None:
     parser.add_argument("-o", "--output", metavar="DIR", type=Path, required=True,
                         help="folder for the results, made if need be")
     add_device(parser)
+    add_calibration(parser)
     parser.add_argument("--ground-truth", metavar="FILE", type=Path,
                         help="true disparities to rate the map by: PNG, PFM, .npy or .npz (default: none)")
     parser.add_argument("--ground-truth-scale", metavar="S", type=positive,
@@ -73,6 +73,9 @@ def run(options: argparse.Namespace) -> int:
     left, left_notices   = read_grey(options.left)
     right, right_notices = read_grey(options.right)
     check_pair(left, right)
+    rectifier = None if options.calibration is None else read_calibration(options.calibration)
+    if rectifier is not None:
+        left, right = rectifier.rectify(left, right)
     height, width = left.shape
     truth         = None
     if options.ground_truth is not None:
@@ -97,12 +100,20 @@ def run(options: argparse.Namespace) -> int:
             result = device.compute(left, right, settings, _ProgressBars(bars))
         link = device.link_counters
 
-    speckle = chosen_speckle_filter(options)
-    result  = dataclasses.replace(result, disparity=speckle.apply(result.disparity, settings))
-    files   = write_disparity(options.output, result.disparity, settings)
+    speckle   = chosen_speckle_filter(options)
+    disparity = result.disparity if rectifier is None else rectifier.clean(result.disparity, settings)
+    result    = dataclasses.replace(result, disparity=speckle.apply(disparity, settings))
+    files     = write_disparity(options.output, result.disparity, settings)
+    depth_m   = None
+    if rectifier is not None:
+        depth_m = rectifier.depth_m(result.disparity, settings)
+        files  += [options.output / "depth.npy", options.output / "cloud.ply"]
+        write_depth(files[-2], depth_m)
+        write_cloud(files[-1], rectifier, options.left, result.disparity, settings)
     quality = None if truth is None else rate(result.disparity, truth, settings.invalid)
-    summary = _summary(info, result, speckle, files, quality) | _link_summary(result, link)
-    print(json.dumps(summary, indent=2) if options.json else _text(summary))
+    summary = (match_summary(info, result, speckle, files, quality) | link_summary(result, link)
+               | {"depth_m": depth_summary(depth_m)})
+    print(json.dumps(summary, indent=2) if options.json else as_text(summary))
     return 0
 
 
@@ -117,65 +128,3 @@ class _ProgressBars:
         if phase not in self._tasks:
             self._tasks[phase] = self._bars.add_task(phase, total=total)
         self._bars.update(self._tasks[phase], completed=done)
-
-
-def _summary(info: DeviceInfo, result: Result, speckle: SpeckleFilter, files: list[Path],
-             quality: Quality | None) -> dict[str, Any]:
-    """Everything that is worth knowing of a match, as JSON has it."""
-    pixels: NDArray[Any] = result.disparity
-    height, width = pixels.shape
-    clocks        = result.clocks
-    return {
-        "device":           info.name,
-        "width":            width,
-        "height":           height,
-        **dataclasses.asdict(result.settings),
-        "speckle_window":   speckle.window,
-        "speckle_range":    speckle.range,
-        "clocks":           clocks,
-        "first_row_clocks": result.first_row_clocks,
-        "clocks_per_pixel": clocks/(width*height) if clocks else None,
-        "fps_at_100_mhz":   _RATE_CLOCK_HZ/clocks if clocks else None,
-        "upload_s":         result.upload_s,
-        "match_s":          result.match_s,
-        "download_s":       result.download_s,
-        "files":            [str(path) for path in files],
-        "quality":          None if quality is None else {
-            name: None if math.isnan(value) else value
-            for name, value in dataclasses.asdict(quality).items()},
-    }
-
-
-def _link_summary(result: Result, link: LinkCounters | None) -> dict[str, Any]:
-    """What the link to a device did; None where there is none."""
-    carried = {"upload": 2*result.disparity.size, "download": result.disparity.nbytes}
-    seconds = {"upload": result.upload_s, "download": result.download_s}
-    rates   = {f"{phase}_mb_per_s": carried[phase]/seconds[phase]/1e6 if link and seconds[phase] > 0 else None
-               for phase in carried}
-    return {**rates, "repairs": link.repairs if link else None}
-
-
-def _text(summary: dict[str, Any]) -> str:
-    """The summary for people."""
-    times = ", ".join(f"{phase} {summary[f'{phase}_s']:.3f} s" for phase in ("upload", "match", "download"))
-    size  = f"{summary['width']}x{summary['height']} pixels"
-    lines = [
-        f"device      {summary['device']}",
-        f"size        {size}, {summary['disparities']} disparities, block size {summary['block_size']}",
-        f"time        {times}",
-    ]
-    if summary["repairs"] is not None:
-        rates = ", ".join(f"{phase} {summary[f'{phase}_mb_per_s'] or 0:.3g} MB/s" for phase in ("upload", "download"))
-        lines.append(f"link        {rates}, repairs {summary['repairs']}")
-    if summary["clocks"]:
-        lines.append(f"clocks      {summary['clocks']}, {summary['clocks_per_pixel']:.3f} per pixel, "
-                     f"{summary['fps_at_100_mhz']:.1f} frames/s at 100 MHz")
-    if summary["quality"] is not None:
-        quality = {name: math.nan if value is None else value for name, value in summary["quality"].items()}
-        lines += [
-            f"bad-1.0     {quality['bad_1_0']:.2f} %",
-            f"bad-2.0     {quality['bad_2_0']:.2f} %",
-            f"mean error  {quality['mean_error']:.3f} pixels",
-            f"density     {quality['density']:.2f} %",
-        ]
-    return "\n".join([*lines, *(f"wrote       {path}" for path in summary["files"])])

@@ -26,8 +26,11 @@ _HELP = {
 _SETTINGS = [field.name for field in dataclasses.fields(MatcherSettings)]
 
 
-def add_settings(parser: argparse.ArgumentParser) -> None:
-    """Adds an argument for each setting, named as in cv2.StereoBM; one that is not given stays None."""
+def add_settings(parser: argparse.ArgumentParser, speckle: bool = True) -> None:
+    """Adds an argument for each setting, named as in cv2.StereoBM; one that is not given stays None.
+
+    `speckle` says whether those of the speckle filter, which runs on this host, are among them.
+    """
     group   = parser.add_argument_group("matching", "Defaults are cv2.StereoBM's, as far as the device has the stage.")
     default = MatcherSettings()
     group.add_argument("--disparities", metavar="N", type=setting("disparities"),
@@ -45,6 +48,8 @@ def add_settings(parser: argparse.ArgumentParser) -> None:
                        help="sixteenths of a pixel, or whole pixels (default: sixteenths)")
     group.add_argument("--median", action=argparse.BooleanOptionalAction,
                        help="3x3 median of the map (default: none)")
+    if not speckle:
+        return
     group.add_argument("--speckle-window", metavar="N", type=natural, default=0,
                        help="largest number of pixels of an island that is removed, 0 for no filter; done on this host "
                             "(default: 0)")

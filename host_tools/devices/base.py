@@ -20,6 +20,7 @@ from ..call import LinkCounters
 from ..errors import ImageError, UnsupportedError
 from ..features import ALL_FEATURES, DESCRIPTIONS, Feature
 from ..settings import DEFAULT_BLOCK_SIZE, DEFAULT_DISPARITIES, MatcherSettings
+from .turns import Turns
 
 #: Receives the phase ("upload", "match" or "download"), the steps done and the steps in all.
 Progress = Callable[[str, int, int], None]
@@ -123,13 +124,20 @@ class Result:
 
 
 class Device(abc.ABC):
-    """A matcher. Use it as a context manager, or `close` it."""
+    """A matcher. Use it as a context manager, or `close` it.
+
+    Several threads may use it: each call, and each stream from its first pair to its end, has the device to itself, and
+    the other threads wait for it, a bounded time. One thread may have several streams at once. Whoever closes the
+    device sees to it that nobody uses it any more.
+    """
+
+    def __init__(self) -> None:
+        self._turns = Turns()
 
     @abc.abstractmethod
     def info(self) -> DeviceInfo:
         """What the device is."""
 
-    @abc.abstractmethod
     def stream(self, pairs: Iterable[Pair], settings: MatcherSettings | None = None,
                progress: Progress | None = None) -> Iterator[Result]:
         """Matches pair after pair; remote devices get the next pair while they match the one before.
@@ -139,8 +147,15 @@ class Device(abc.ABC):
         UnsupportedError, ImageError
             The settings or a pair do not suit the device.
         DeviceError
-            The device is gone, does not answer, or could not match.
+            The device is gone, does not answer, or could not match, or another thread does not let go of it.
         """
+        with self._turns.turn():
+            yield from self._stream(pairs, settings, progress)
+
+    @abc.abstractmethod
+    def _stream(self, pairs: Iterable[Pair], settings: MatcherSettings | None,
+                progress: Progress | None) -> Iterator[Result]:
+        """As `stream`, for the one thread whose turn it is."""
 
     def compute(self, left: NDArray[np.uint8], right: NDArray[np.uint8],
                 settings: MatcherSettings | None = None, progress: Progress | None = None) -> Result:

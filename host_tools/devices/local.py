@@ -83,6 +83,7 @@ class LocalDevice(Device):
     """A device around a matcher in this process."""
 
     def __init__(self, info: DeviceInfo, matcher: Matcher) -> None:
+        super().__init__()
         self._info    = info
         self._matcher = matcher
         self._matched = 0
@@ -91,8 +92,8 @@ class LocalDevice(Device):
         """What the matcher was built for."""
         return self._info
 
-    def stream(self, pairs: Iterable[Pair], settings: MatcherSettings | None = None,
-               progress: Progress | None = None) -> Iterator[Result]:
+    def _stream(self, pairs: Iterable[Pair], settings: MatcherSettings | None,
+                progress: Progress | None) -> Iterator[Result]:
         """Matches pair after pair; raises as `Device.stream` does."""
         settings = settings or self._info.default_settings()
         for left, right in pairs:

@@ -51,6 +51,7 @@ class RemoteDevice(Device):
 
     def __init__(self, url: str, channel: Channel, settings: LinkSettings | None = None,
                  on_close: Callable[[], None] | None = None) -> None:
+        super().__init__()
         self._closing  = channel.close
         self._on_close = on_close
         self._link     = Link(channel, settings)
@@ -106,15 +107,16 @@ class RemoteDevice(Device):
 
     @contextlib.contextmanager
     def _guarded(self) -> Iterator[None]:
-        """Uses the link; after an error that is no answer it is used no more."""
-        if not self._usable:
-            raise DeviceError("the connection to the device is closed: connect again")
-        try:
-            yield
-        except (DeviceError, ProtocolError) as error:
-            # A refusal is an answer: the session goes on.
-            self._usable = isinstance(error, DeviceRefused)
-            raise
+        """Uses the link when it is this thread's turn; after an error that is no answer it is used no more."""
+        with self._turns.turn():
+            if not self._usable:
+                raise DeviceError("the connection to the device is closed: connect again")
+            try:
+                yield
+            except (DeviceError, ProtocolError) as error:
+                # A refusal is an answer: the session goes on.
+                self._usable = isinstance(error, DeviceRefused)
+                raise
 
     def _release(self, frames: Iterable[Frame]) -> None:
         """Releases the `frames` that an error, or nobody's interest, has left open."""

@@ -36,8 +36,8 @@ class SerialDevice(RemoteDevice):
         with self._guarded():
             return run_line(self._link, self._channel, line, timeout_s)
 
-    def stream(self, pairs: Iterable[Pair], settings: MatcherSettings | None = None,
-               progress: Progress | None = None) -> Iterator[Result]:
+    def _stream(self, pairs: Iterable[Pair], settings: MatcherSettings | None,
+                progress: Progress | None) -> Iterator[Result]:
         """Matches pair after pair; while one is matched and fetched the next is on its way.
 
         Raises as `Device.stream`. If the iterator is dropped before its end, the frames under way are

@@ -53,8 +53,8 @@ class UdpDevice(RemoteDevice):
         """Raises DeviceError: the console is on the serial line."""
         raise DeviceError(f"{self._info.url} has no console: it is on the device's serial line, use serial: or tcp:")
 
-    def stream(self, pairs: Iterable[Pair], settings: MatcherSettings | None = None,
-               progress: Progress | None = None) -> Iterator[Result]:
+    def _stream(self, pairs: Iterable[Pair], settings: MatcherSettings | None,
+                progress: Progress | None) -> Iterator[Result]:
         """Matches pair after pair; while one is matched others are sent and fetched.
 
         Raises as `Device.stream`. If the iterator is dropped before its end, the frames under way are

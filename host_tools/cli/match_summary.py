@@ -1,0 +1,97 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""What `litestereo match` tells of a matched pair, as JSON has it and for people."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..call import LinkCounters
+from ..devices.base import DeviceInfo, Result
+from ..metrics import Quality
+from ..speckle import SpeckleFilter
+
+#: Clock that frame rates are given for, so that simulations and boards can be compared.
+_RATE_CLOCK_HZ = 100_000_000
+
+
+def match_summary(info: DeviceInfo, result: Result, speckle: SpeckleFilter, files: list[Path],
+                  quality: Quality | None) -> dict[str, Any]:
+    """Everything that is worth knowing of a match, as JSON has it."""
+    pixels: NDArray[Any] = result.disparity
+    height, width = pixels.shape
+    clocks        = result.clocks
+    return {
+        "device":           info.name,
+        "width":            width,
+        "height":           height,
+        **dataclasses.asdict(result.settings),
+        "speckle_window":   speckle.window,
+        "speckle_range":    speckle.range,
+        "clocks":           clocks,
+        "first_row_clocks": result.first_row_clocks,
+        "clocks_per_pixel": clocks/(width*height) if clocks else None,
+        "fps_at_100_mhz":   _RATE_CLOCK_HZ/clocks if clocks else None,
+        "upload_s":         result.upload_s,
+        "match_s":          result.match_s,
+        "download_s":       result.download_s,
+        "files":            [str(path) for path in files],
+        "quality":          None if quality is None else {
+            name: None if math.isnan(value) else value
+            for name, value in dataclasses.asdict(quality).items()},
+    }
+
+
+def depth_summary(depth_m: NDArray[np.float32] | None) -> dict[str, float] | None:
+    """Nearest, middle and farthest depth in metres; None where there is none."""
+    known = np.array([]) if depth_m is None else depth_m[np.isfinite(depth_m)]
+    if not known.size:
+        return None
+    return {"nearest": float(known.min()), "median": float(np.median(known)), "farthest": float(known.max())}
+
+
+def link_summary(result: Result, link: LinkCounters | None) -> dict[str, Any]:
+    """What the link to a device did; None where there is none."""
+    carried = {"upload": 2*result.disparity.size, "download": result.disparity.nbytes}
+    seconds = {"upload": result.upload_s, "download": result.download_s}
+    rates   = {f"{phase}_mb_per_s": carried[phase]/seconds[phase]/1e6 if link and seconds[phase] > 0 else None
+               for phase in carried}
+    return {**rates, "repairs": link.repairs if link else None}
+
+
+def as_text(summary: dict[str, Any]) -> str:
+    """The summary for people."""
+    times = ", ".join(f"{phase} {summary[f'{phase}_s']:.3f} s" for phase in ("upload", "match", "download"))
+    size  = f"{summary['width']}x{summary['height']} pixels"
+    lines = [
+        f"device      {summary['device']}",
+        f"size        {size}, {summary['disparities']} disparities, block size {summary['block_size']}",
+        f"time        {times}",
+    ]
+    if summary["repairs"] is not None:
+        rates = ", ".join(f"{phase} {summary[f'{phase}_mb_per_s'] or 0:.3g} MB/s" for phase in ("upload", "download"))
+        lines.append(f"link        {rates}, repairs {summary['repairs']}")
+    if summary["clocks"]:
+        lines.append(f"clocks      {summary['clocks']}, {summary['clocks_per_pixel']:.3f} per pixel, "
+                     f"{summary['fps_at_100_mhz']:.1f} frames/s at 100 MHz")
+    if summary["depth_m"] is not None:
+        depth = summary["depth_m"]
+        lines.append(f"depth       {depth['nearest']:.3f} to {depth['farthest']:.3f} m, median {depth['median']:.3f} m")
+    if summary["quality"] is not None:
+        quality = {name: math.nan if value is None else value for name, value in summary["quality"].items()}
+        lines += [
+            f"bad-1.0     {quality['bad_1_0']:.2f} %",
+            f"bad-2.0     {quality['bad_2_0']:.2f} %",
+            f"mean error  {quality['mean_error']:.3f} pixels",
+            f"density     {quality['density']:.2f} %",
+        ]
+    return "\n".join([*lines, *(f"wrote       {path}" for path in summary["files"])])

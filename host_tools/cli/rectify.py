@@ -1,0 +1,72 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""`litestereo rectify`: pairs as the cameras take them, to pairs as the matcher wants them."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from pathlib import Path
+
+import rich.console
+import rich.progress
+
+from ..calibration.rectify import FILES, geometry_text, read_calibration
+from ..camera_info import ideal_cameras, write_camera_info
+from ..errors import ImageError
+from ..images import read_image, write_png
+from ..sources.files import PairFiles, pair_files
+from .arguments import Parser, add_calibration, add_json
+
+_EPILOG = """\
+examples:
+  litestereo rectify left.png right.png --calibration calibration/ -o out
+  litestereo rectify left/ right/ --calibration calibration/ -o out
+
+files written:
+  left.png, right.png    the rectified pair; of folders: left/NAME.png and right/NAME.png
+  left.yaml, right.yaml  cameras of the rectified images, as ROS's camera_info, for `litestereo match --calibration`
+"""
+
+
+def add_parser(commands: argparse._SubParsersAction[Parser]) -> None:
+    """Adds the command."""
+    parser = commands.add_parser("rectify", help="rectify pairs of images", epilog=_EPILOG,
+                                 description="Rectify pairs of images of a calibrated pair of cameras. Depth of the "
+                                             "pixels and colours stay.")
+    parser.add_argument("left", metavar="LEFT", type=Path, help="left image, or a folder of them")
+    parser.add_argument("right", metavar="RIGHT", type=Path, help="right image, or a folder of them")
+    parser.add_argument("-o", "--output", metavar="DIR", type=Path, required=True,
+                        help="folder for the results, made if need be")
+    add_calibration(parser, required=True)
+    add_json(parser)
+    parser.set_defaults(run=run)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Runs the command."""
+    rectifier = read_calibration(options.calibration)
+    folders   = options.left.is_dir()
+    if folders != options.right.is_dir():
+        raise ImageError("left and right must be two images, or two folders")
+    files   = pair_files(options.left, options.right) if folders else [PairFiles("", options.left, options.right)]
+    written = [options.output/name for name in FILES]
+    for path, camera in zip(written, ideal_cameras(rectifier.geometry), strict=True):
+        write_camera_info(path, camera)
+    terminal = rich.console.Console(stderr=True)
+    with rich.progress.Progress(console=terminal, transient=True, disable=not terminal.is_terminal) as bars:
+        for one in bars.track(files, description="rectify"):
+            pair = rectifier.rectify(read_image(one.left), read_image(one.right))
+            for side, image in zip(("left", "right"), pair, strict=True):
+                path = options.output/side/f"{one.name}.png" if folders else options.output/f"{side}.png"
+                write_png(path, image)
+                written.append(path)
+    if options.json:
+        print(json.dumps({"files": [str(path) for path in written]}, indent=2))
+    else:
+        print("\n".join([f"rectified  {geometry_text(rectifier.geometry)}",
+                         *(f"wrote      {path}" for path in written)]))
+    return 0

@@ -1,0 +1,111 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""`litestereo view`: pairs, maps, depth and points to look at."""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import json
+import sys
+import time
+from pathlib import Path
+
+from ..device import connect
+from ..errors import UsageError
+from ..images import write_png
+from ..settings import MatcherSettings
+from ..sources import open_source
+from ..viewing.montage import montage
+from ..viewing.recording import DEFAULT_URL, Target
+from ..viewing.viewer import Viewer
+from ..watch import Meter, watch
+from .arguments import Parser, add_calibration, add_device, add_json, count
+from .matching import add_settings
+from .stopping import stopped_by_ctrl_c
+from .stream import SOURCES, add_source, chosen_matching, text
+
+#: Port for browsers' data unless told otherwise; the page is at the next one.
+_PORT = 9876
+
+#: How often a served recording looks for Ctrl-C, in seconds.
+_LOOK_S = 0.2
+
+_EPILOG = f"""\
+examples:
+  litestereo view left.png right.png --device model: --montage out.png
+  litestereo view camera:0 camera:1 --device udp://192.168.1.50 --calibration calibration/
+  litestereo view both.avi --device model: --save out.rrd --frames 100
+  litestereo view left/ right/ --device model: --serve
+
+sources:
+{SOURCES}
+
+Shown are left, right and disparity, and with --calibration depth and points in metres. Rerun is needed for all but
+--montage: pip install litestereo[view]. A file is opened with `rerun out.rrd`. Ctrl-C ends the stream, with status 0.
+"""
+
+
+def add_parser(commands: argparse._SubParsersAction[Parser]) -> None:
+    """Adds the command."""
+    parser = commands.add_parser("view", help="look at pairs, maps, depth and points", epilog=_EPILOG,
+                                 description="Match pair after pair and show them in Rerun, live or later, or as a "
+                                             "still picture.")
+    add_source(parser)
+    add_device(parser)
+    add_calibration(parser)
+    target = parser.add_mutually_exclusive_group()
+    target.add_argument("--save", metavar="FILE", type=Path, help="write a recording (.rrd) for later (default: none)")
+    target.add_argument("--connect", metavar="URL", nargs="?", const=DEFAULT_URL,
+                        help="show it in a viewer that runs already (default: a viewer is started; without URL "
+                             f"{DEFAULT_URL})")
+    target.add_argument("--serve", metavar="PORT", type=count, nargs="?", const=_PORT,
+                        help="show it in browsers, of everybody who can reach this host, until Ctrl-C; data at PORT, "
+                             f"page at the next one (default: no; without PORT {_PORT})")
+    parser.add_argument("--montage", metavar="FILE", type=Path,
+                        help="write the last frame as a PNG; no viewer is started then (default: none)")
+    parser.add_argument("--max-points", metavar="N", type=count, default=100000,
+                        help="most points of a cloud (default: %(default)s)")
+    add_json(parser)
+    add_settings(parser)
+    parser.set_defaults(run=run)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Runs the command; whatever can be checked without the device is checked before connecting."""
+    rectifier = chosen_matching(options, MatcherSettings()).rectifier
+    geometry  = None if rectifier is None else rectifier.geometry
+    if options.serve is not None and options.serve > 65534:
+        raise UsageError(f"--serve needs a port and the next one, at most 65534, not {options.serve}")
+    target    = Target(options.save, options.connect, options.serve)
+    # A montage alone needs no viewer.
+    viewed    = target != Target() or options.montage is None
+    last      = None
+    with (open_source(options.source) as source, connect(options.device) as device, stopped_by_ctrl_c() as stop,
+          contextlib.ExitStack() as closing):
+        matching = chosen_matching(options, device.info().default_settings())
+        viewer   = Viewer(target, geometry, options.max_points) if viewed else None
+        meter    = Meter()
+        if viewer is not None:
+            # A recording holds what was seen before an error, too.
+            closing.callback(viewer.close)
+        if viewer is not None and viewer.page:
+            print(f"litestereo: note: look at {viewer.page}, Ctrl-C ends it", file=sys.stderr)
+        for last in watch(device, source, matching, options.frames, stop):
+            meter.count(last.latency_s)
+            if viewer is not None:
+                viewer.show(meter.frames - 1, last, meter)
+        while viewer is not None and viewer.page and not stop.requested:
+            time.sleep(_LOOK_S)
+        summary = {"device": device.info().name, **meter.summary()}
+    if options.montage is not None and last is not None:
+        write_png(options.montage, montage(last))
+    files = [path for path in (options.save, options.montage) if path is not None]
+    if options.json:
+        print(json.dumps(summary | {"files": [str(path) for path in files]}, indent=2))
+    else:
+        print("\n".join([text(summary), *(f"wrote    {path}" for path in files)]))
+    return 0

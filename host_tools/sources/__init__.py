@@ -1,0 +1,11 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""Where pairs of images come from: folders, video files and cameras."""
+
+from .base import Shot, Source
+from .opening import EXAMPLES, open_source
+
+__all__ = ["EXAMPLES", "Shot", "Source", "open_source"]

@@ -1,0 +1,60 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""A frame as one still picture: left and right image, map, and depth."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from ..images import color_image
+from ..watch import Seen
+
+#: Height of a caption in pixels.
+_CAPTION_PX = 24
+
+#: Part of the depths that the colours leave out at either end, in percent.
+_OUTLIERS = 2
+
+Picture = NDArray[np.uint8]
+
+
+def montage(seen: Seen) -> Picture:
+    """Left and right above disparity and, if there is one, depth: uint8, H x W x 3, BGR, each with a caption."""
+    settings = seen.result.settings
+    tiles    = [("left", _colour(seen.shot.left)), ("right", _colour(seen.shot.right)),
+                (f"disparity, {settings.min_disparity} to {settings.min_disparity + settings.disparities - 1} pixels",
+                 color_image(seen.result.disparity, settings))]
+    if seen.depth_m is not None:
+        tiles.append(depth_tile(seen.depth_m))
+    height, width = seen.shot.left.shape
+    tiles        += [("", np.zeros((height, width, 3), np.uint8))]*(4 - len(tiles))
+    captioned     = [np.vstack([_caption(name, width), picture]) for name, picture in tiles]
+    return np.vstack([np.hstack(captioned[:2]), np.hstack(captioned[2:])])
+
+
+def depth_tile(depth_m: NDArray[np.float32]) -> tuple[str, Picture]:
+    """Caption and colours of a depth (float32, H x W, metres): red is near, blue is far, black where there is none."""
+    known = np.isfinite(depth_m)
+    if not known.any():
+        return "depth: none", np.zeros((*depth_m.shape, 3), np.uint8)
+    near, far = np.percentile(depth_m[known], (_OUTLIERS, 100 - _OUTLIERS))
+    nearness  = (far - np.nan_to_num(depth_m))/max(far - near, 1e-9)
+    colour    = np.array(cv2.applyColorMap(np.clip(255*nearness, 0, 255).astype(np.uint8), cv2.COLORMAP_TURBO),
+                         np.uint8)
+    colour[~known] = 0
+    return f"depth, {near:.2f} to {far:.2f} m", colour
+
+
+def _colour(image: NDArray[np.uint8]) -> Picture:
+    return np.asarray(cv2.cvtColor(image, cv2.COLOR_GRAY2BGR), np.uint8)
+
+
+def _caption(text: str, width: int) -> Picture:
+    strip = np.zeros((_CAPTION_PX, width, 3), np.uint8)
+    cv2.putText(strip, text, (6, _CAPTION_PX - 8), cv2.FONT_HERSHEY_SIMPLEX, 0.45, (255, 255, 255), 1, cv2.LINE_AA)
+    return strip

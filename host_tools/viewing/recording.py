@@ -1,0 +1,112 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""Where a recording for Rerun goes: a viewer of its own, one that runs already, browsers, or a file."""
+
+from __future__ import annotations
+
+import os
+import socket
+import sys
+import urllib.parse
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from ..errors import ViewerError
+from ..extras import import_extra
+
+#: Where Rerun's viewer listens unless told otherwise.
+DEFAULT_URL = "rerun+http://127.0.0.1:9876/proxy"
+
+#: Longest wait for a viewer in seconds.
+_CONNECT_S = 3.0
+
+#: Longest wait in seconds until all that was told has arrived.
+_FLUSH_S = 30.0
+
+
+@dataclass(frozen=True)
+class Target:
+    """Where to: a file, the URL of a viewer that runs, a port to serve browsers at; with none a viewer is started."""
+
+    save:    Path | None = None
+    connect: str | None  = None
+    serve:   int | None  = None
+
+
+class Recording:
+    """A recording that goes to `target`.
+
+    Raises
+    ------
+    MissingExtraError
+        Rerun is not installed.
+    ViewerError
+        The file cannot be written, nobody listens at the URL, or there is no display to start a viewer on.
+    """
+
+    def __init__(self, target: Target) -> None:
+        self.rerun  = import_extra("rerun", "view", "the viewer needs")
+        self.stream = self.rerun.RecordingStream("litestereo")
+        #: Where browsers find the viewer, if there is one to serve.
+        self.page   = ""
+        try:
+            self._begin(target)
+        except (RuntimeError, OSError, ValueError) as error:
+            raise ViewerError(f"the viewer cannot be reached: {' '.join(str(error).split())}") from None
+
+    def _begin(self, target: Target) -> None:
+        if target.save is not None:
+            try:
+                target.save.parent.mkdir(parents=True, exist_ok=True)
+                self.stream.save(target.save)
+            except (RuntimeError, OSError):
+                raise ViewerError(f"{target.save}: cannot be written") from None
+        elif target.connect is not None:
+            _probe(target.connect)
+            self.stream.connect_grpc(target.connect)
+        elif target.serve is not None:
+            url = self.stream.serve_grpc(grpc_port=target.serve)
+            self.rerun.serve_web_viewer(web_port=target.serve + 1, open_browser=False, connect_to=url)
+            self.page = f"http://127.0.0.1:{target.serve + 1}/?url={urllib.parse.quote(url, safe='')}"
+        else:
+            _check_display()
+            self.stream.spawn()
+
+    def log(self, path: str, what: Any, static: bool = False) -> None:
+        """Adds one thing at the time that was set last."""
+        self.stream.log(path, what, static=static)
+
+    def close(self) -> None:
+        """Waits, a bounded time, until everything has arrived; raises ViewerError if it does not."""
+        try:
+            self.stream.flush(timeout_sec=_FLUSH_S)
+        except RuntimeError as error:
+            raise ViewerError(f"the viewer is gone: {' '.join(str(error).split())}") from None
+        finally:
+            self.stream.disconnect()
+
+
+def _probe(url: str) -> None:
+    """Raises ViewerError if nobody listens at a viewer's URL: Rerun itself would try for ever."""
+    parts = urllib.parse.urlsplit(url)
+    try:
+        host, port = parts.hostname, parts.port
+    except ValueError:
+        host, port = None, None
+    if not parts.scheme.startswith("rerun") or not host or not port:
+        raise ViewerError(f"'{url}' is not the URL of a viewer, {DEFAULT_URL} is one")
+    try:
+        socket.create_connection((host, port), _CONNECT_S).close()
+    except OSError:
+        raise ViewerError(f"no viewer listens at {host}:{port}: start it with `rerun`, or name another with "
+                          "--connect") from None
+
+
+def _check_display() -> None:
+    """Raises ViewerError if a viewer started here could not be seen."""
+    if sys.platform.startswith("linux") and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
+        raise ViewerError("there is no display to start the viewer on: use --save, --serve, --connect or --montage")
