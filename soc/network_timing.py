@@ -48,8 +48,8 @@ HEADER = f"""\
 # Network
 
 What Ethernet takes of an LFE5U-25F (package {PACKAGE}, speed grade {SPEED_GRADE}, the slowest; seed {SEED}), and how fast
-its clocks are, written by `make network`: RGMII PHY, MAC, LiteEth's ARP, ICMP, IP and UDP, and the frame link with LiteDRAM
-ports of 32 bits, without CPU and memory.
+its clocks are, written by `make network`: RGMII PHY, MAC, LiteEth's ARP, ICMP, IP and UDP, and the frame link with
+streaming and LiteDRAM ports of 32 bits, without CPU and memory.
 """
 
 # Top Level ----------------------------------------------------------------------------------------
@@ -63,7 +63,8 @@ class NetworkTop(LiteXModule):
         self.phy     = LiteEthPHYRGMII(clock_pads, pads)
         self.network = Network(self.phy, MAC_ADDRESS, IP_ADDRESS, CONSTRAINTS["sys"]*1000000)
         ports        = {mode: LiteDRAMNativePort(mode=mode, address_width=21, data_width=32) for mode in ("read", "write")}
-        self.link    = link = FrameLink(ports["read"], ports["write"], self.network.ip_address, UDP_PORT, with_csr=False)
+        self.link    = link = FrameLink(ports["read"], ports["write"], self.network.ip_address, UDP_PORT,
+            streaming=True, with_csr=False)
         port         = self.network.get_port(UDP_PORT)
         self.comb += [
             port.source.connect(link.sink),
@@ -74,14 +75,17 @@ class NetworkTop(LiteXModule):
 
         # # #
 
-        table, sorter, queue = link.table, link.sorter, link.queue
+        table, sorter, queue, gate = link.table, link.sorter, link.queue, link.gate
         inputs = [sorter.enable, sorter.token, sorter.peer_address, sorter.peer_port, sorter.mailbox_base, sorter.consumed,
             table.slot, table.frame_id, table.base, table.pixels, table.open, table.close, table.index,
             *queue.job.flatten(), queue.reply, queue.run, queue.abort, link.matching,
+            gate.frame_id, gate.pixels, gate.open, gate.close, link.sequence,
+            link.pairs.ready, link.map.valid, link.map.last, link.map.disparity,
             ports["read"].cmd.ready, ports["read"].rdata.valid, ports["read"].rdata.data,
             ports["write"].cmd.ready, ports["write"].wdata.ready]
         outputs = [table.clearing, table.arrived, table.missing, table.found, sorter.writing, sorter.produced,
-            queue.reply_busy, queue.run_busy, *link.counters.values(),
+            queue.reply_busy, queue.run_busy, *link.counters.values(), gate.opened, gate.offset, link.parts.sending,
+            link.pairs.valid, link.pairs.first, link.pairs.last, link.pairs.left, link.pairs.right,
             ports["read"].cmd.valid, ports["read"].cmd.addr, ports["read"].rdata.ready,
             ports["write"].cmd.valid, ports["write"].cmd.addr, ports["write"].wdata.valid, ports["write"].wdata.data]
         add_shift_registers(self, inputs, outputs)
