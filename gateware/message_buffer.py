@@ -19,8 +19,9 @@ from .message_crc import MessageCRC
 class MessageBuffer(LiteXModule):
     """Take datagrams as they come from the wire, give on those that are messages, whole and checked.
 
-    The wire does not wait, so the sink is always ready. A datagram is written behind the messages that wait; when its last
-    word shows that it is not a message (length, magic, CRC), or when there is no room, its words are forgotten.
+    The wire does not wait, so the sink is always ready but for the clock behind a datagram, which is judged then: it has been
+    written behind the messages that wait, and if it is not a message (length, magic, CRC), or if there was no room, its words are
+    forgotten.
 
     Parameters
     ----------
@@ -44,12 +45,14 @@ class MessageBuffer(LiteXModule):
         # ---------------------------------------------------------
         self.buffer = buffer = stream.Buffer(datagram_description())
         sink        = buffer.source
-        ended       = Signal()
+        moves_in    = Signal()
+        judging     = Signal()
         self.comb += [
             self.sink.connect(buffer.sink),
-            sink.ready.eq(1),
-            ended.eq(sink.valid & sink.last),
+            sink.ready.eq(~judging),
+            moves_in.eq(sink.valid & sink.ready),
         ]
+        self.sync += judging.eq(moves_in & sink.last)
 
         # Check.
         # ------
@@ -61,7 +64,11 @@ class MessageBuffer(LiteXModule):
         expected  = Signal(33)
         sound     = Signal(reset=1) # Nothing wrong so far.
         magic     = Signal()
+        sized     = Signal()        # It has the length of a message.
         message   = Signal()
+        size      = Signal(11)      # Of a message, in bytes,
+        address   = Signal(32)      # and who sent it.
+        port      = Signal(16)
         self.crc = crc = MessageCRC()
         self.comb += [
             crc.data.eq(sink.data),
@@ -71,26 +78,31 @@ class MessageBuffer(LiteXModule):
                 4:         [tail.eq(3), crc.be.eq(4)],
                 "default": [tail.eq(4), crc.be.eq(8)],
             }),
-            crc.ce.eq(sink.valid),
-            crc.reset.eq(ended),
+            crc.ce.eq(moves_in),
+            crc.reset.eq(judging),
             bytes.eq(Cat(C(0, 2), count) + tail),
             payload.eq(Mux(count == HEADER_WORDS - 1, sink.data, announced)),
             expected.eq(payload + FRAME_BYTES),
             magic.eq((count != 0) | (sink.data[:16] == MAGIC)),
-            message.eq(sound & magic & (count >= HEADER_WORDS) & (bytes == expected) & (expected <= MESSAGE_BYTES)
-                & ~crc.error & (sink.error == 0)),
+            message.eq(sound & sized & ~crc.error),
         ]
-        self.sync += If(sink.valid,
-            sound.eq(sound & magic & (sink.error == 0)),
-            announced.eq(payload),
-            If(count != 2**len(count) - 1,
-                count.eq(count + 1)
+        self.sync += [
+            If(moves_in,
+                sound.eq(sound & magic & (sink.error == 0)),
+                announced.eq(payload),
+                sized.eq((count >= HEADER_WORDS) & (bytes == expected) & (expected <= MESSAGE_BYTES)),
+                size.eq(bytes),
+                address.eq(sink.ip_address),
+                port.eq(sink.src_port),
+                If(count != 2**len(count) - 1,
+                    count.eq(count + 1)
+                )
             ),
-            If(sink.last,
+            If(judging,
                 count.eq(0),
                 sound.eq(1)
-            )
-        )
+            ),
+        ]
 
         # Words: written at once, kept when the message is.
         # -------------------------------------------------
@@ -111,27 +123,29 @@ class MessageBuffer(LiteXModule):
             room.eq((level != words) & ~lost & fifo.sink.ready),
             write.adr.eq(position[:-1]),
             write.dat_w.eq(sink.data),
-            write.we.eq(sink.valid & room),
-            fifo.sink.valid.eq(ended & message & room),
-            fifo.sink.bytes.eq(bytes),
-            fifo.sink.address.eq(sink.ip_address),
-            fifo.sink.port.eq(sink.src_port),
-            self.received.eq(ended),
-            self.malformed.eq(ended & ~message),
-            self.overrun.eq(ended & message & ~room),
+            write.we.eq(moves_in & room),
+            fifo.sink.valid.eq(judging & message & ~lost),
+            fifo.sink.bytes.eq(size),
+            fifo.sink.address.eq(address),
+            fifo.sink.port.eq(port),
+            self.received.eq(judging),
+            self.malformed.eq(judging & ~message),
+            self.overrun.eq(judging & message & lost),
         ]
-        self.sync += If(sink.valid,
-            lost.eq(~room),
-            position.eq(position + room),
-            If(sink.last,
+        self.sync += [
+            If(moves_in,
+                lost.eq(~room),
+                position.eq(position + room)
+            ),
+            If(judging,
                 lost.eq(0),
-                position.eq(begin),
-                If(message & room,
-                    begin.eq(position + 1),
-                    position.eq(position + 1)
+                If(message & ~lost,
+                    begin.eq(position)
+                ).Else(
+                    position.eq(begin)
                 )
-            )
-        )
+            ),
+        ]
 
         # Out: a message is there as a whole before its first word is.
         # ------------------------------------------------------------

@@ -16,18 +16,19 @@ from liteeth.mac.crc import LiteEthMACCRC32, LiteEthMACCRCEngine
 class MessageCRC(LiteXModule):
     """CRC-32 of words of 32 bits, of which the last may count in part.
 
-    As `LiteEthMACCRC32`, but byte behind byte instead of an engine for each number of bytes: half the size, and fast enough for
-    the system's clock.
+    As `LiteEthMACCRC32`, but byte behind byte instead of an engine for each number of bytes: half the size, and with a register
+    behind it fast enough for the system's clock.
     """
     def __init__(self):
         self.data  = Signal(32)                  # Word, the first byte in the low bits.
         self.be    = Signal(4, reset=0b1000)     # Mark of the last byte that counts.
-        self.value = Signal(32)                  # CRC with this word.
-        self.error = Signal()                    # What has come does not end in its own CRC.
+        self.value = Signal(32)                  # CRC of all words up to this one, a clock later.
+        self.error = Signal()                    # What has come does not end in its own CRC, likewise.
 
         # # #
 
         state = Signal(32, reset=LiteEthMACCRC32.init)
+        ended = Signal(32)
         crc   = state
         for n in range(4):
             engine = LiteEthMACCRCEngine(8, LiteEthMACCRC32.width, LiteEthMACCRC32.polynom)
@@ -35,10 +36,11 @@ class MessageCRC(LiteXModule):
             self.comb += [
                 engine.data.eq(self.data[8*n:8*(n + 1)]),
                 engine.crc_prev.eq(crc),
-                If(self.be[n],
-                    self.value.eq(engine.crc_next[::-1] ^ LiteEthMACCRC32.init),
-                    self.error.eq(engine.crc_next != LiteEthMACCRC32.check)
-                ),
             ]
+            self.sync += If(self.be[n], ended.eq(engine.crc_next))
             crc = engine.crc_next
         self.sync += state.eq(crc)
+        self.comb += [
+            self.value.eq(ended[::-1] ^ LiteEthMACCRC32.init),
+            self.error.eq(ended != LiteEthMACCRC32.check),
+        ]

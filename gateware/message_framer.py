@@ -19,7 +19,7 @@ from .message_crc import MessageCRC
 class MessageFramer(LiteXModule):
     """Put messages together: header, payload and CRC, as datagrams.
 
-    Between the first and the last word of a datagram one clock is lost, before the word that the CRC begins in.
+    Between the first and the last word of a datagram two clocks are lost, before the word that the CRC begins in.
     """
     def __init__(self, port):
         self.sink    = stream.Endpoint(job_layout())           # Messages; `base` is not looked at.
@@ -56,11 +56,13 @@ class MessageFramer(LiteXModule):
             there.eq(in_header | self.payload.valid),
         ]
 
-        # CRC, registered once it is complete.
-        # ------------------------------------
-        tail    = Signal(3) # Bytes in the last word of the payload, or of the header if there is none.
+        # CRC, a clock behind the words.
+        # ------------------------------
+        tail    = Signal(3)  # Bytes in the last word of the payload, or of the header if there is none.
+        held    = Signal(32)
+        advance = Signal()   # The word counts.
+        counts  = Signal()   # The word that is held does.
         summed  = Signal(32)
-        advance = Signal()  # A word has been put in the sum.
         self.crc = crc = MessageCRC()
         self.comb += [
             Case(sink.length[:2], {
@@ -69,8 +71,13 @@ class MessageFramer(LiteXModule):
                 3:         [tail.eq(3), crc.be.eq(4)],
                 "default": [tail.eq(4), crc.be.eq(8)],
             }),
-            crc.data.eq(word),
-            crc.ce.eq(advance),
+            crc.data.eq(held),
+            crc.ce.eq(counts),
+            summed.eq(crc.value),
+        ]
+        self.sync += [
+            held.eq(word),
+            counts.eq(advance),
         ]
         # By `tail`: the last word of the payload filled up with CRC, and the rest of the CRC.
         filled = {1: Cat(word[:8], summed[:24]), 2: Cat(word[:16], summed[:16]), 3: Cat(word[:24], summed[:8]), 4: word}
@@ -99,14 +106,17 @@ class MessageFramer(LiteXModule):
             If(position == last_word,
                 source.valid.eq(0),
                 If(there,
-                    NextValue(summed, crc.value),
-                    NextState("TAIL")
+                    advance.eq(1),
+                    NextState("SUM")
                 )
             ).Elif(there & source.ready,
                 advance.eq(1),
                 self.payload.ready.eq(~in_header),
                 NextValue(position, position + 1)
             )
+        )
+        fsm.act("SUM",
+            NextState("TAIL")
         )
         fsm.act("TAIL",
             source.valid.eq(1),
