@@ -65,8 +65,9 @@ def setting(name: str) -> Callable[[str], int]:
     """Argument type: a whole number that `MatcherSettings` takes as `name`."""
     def parse(text: str) -> int:
         number = integer(text)
+        named: dict[str, Any] = {name: number}
         try:
-            MatcherSettings(**{name: number})  # type: ignore[arg-type]
+            MatcherSettings(**named)
         except UsageError as error:
             raise argparse.ArgumentTypeError(str(error)) from None
         return number
