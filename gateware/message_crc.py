@@ -16,8 +16,8 @@ from liteeth.mac.crc import LiteEthMACCRC32, LiteEthMACCRCEngine
 class MessageCRC(LiteXModule):
     """CRC-32 of words of 32 bits, of which the last may count in part.
 
-    As `LiteEthMACCRC32`, but byte behind byte instead of an engine for each number of bytes: half the size, and with a register
-    behind it fast enough for the system's clock.
+    As `LiteEthMACCRC32`, which has an engine for each number of bytes, but with the second half of a word behind the first one:
+    two thirds of the size, and with a register behind it fast enough for the system's clock.
     """
     def __init__(self):
         self.data  = Signal(32)                  # Word, the first byte in the low bits.
@@ -31,14 +31,16 @@ class MessageCRC(LiteXModule):
         ended = Signal(32)
         crc   = state
         for n in range(4):
-            engine = LiteEthMACCRCEngine(8, LiteEthMACCRC32.width, LiteEthMACCRC32.polynom)
+            half, bits = n//2, 8*(n%2 + 1)
+            engine     = LiteEthMACCRCEngine(bits, LiteEthMACCRC32.width, LiteEthMACCRC32.polynom)
             self.add_module(name=f"engine{n}", module=engine)
             self.comb += [
-                engine.data.eq(self.data[8*n:8*(n + 1)]),
+                engine.data.eq(self.data[16*half:16*half + bits]),
                 engine.crc_prev.eq(crc),
             ]
             self.sync += If(self.be[n], ended.eq(engine.crc_next))
-            crc = engine.crc_next
+            if bits == 16:
+                crc = engine.crc_next
         self.sync += state.eq(crc)
         self.comb += [
             self.value.eq(ended[::-1] ^ LiteEthMACCRC32.init),
