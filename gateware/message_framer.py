@@ -49,7 +49,6 @@ class MessageFramer(LiteXModule):
         in_header = Signal()
         self.comb += [
             rounded.eq(sink.length + 3),
-            last_word.eq(rounded[2:] + HEADER_WORDS - 1),
             in_header.eq(position < HEADER_WORDS),
             word.eq(self.payload.data),
             Case(position, {n: word.eq(value) for n, value in enumerate(header)}),
@@ -96,6 +95,7 @@ class MessageFramer(LiteXModule):
         fsm.act("IDLE",
             crc.reset.eq(1),
             NextValue(position, 0),
+            NextValue(last_word, rounded[2:] + HEADER_WORDS - 1),
             If(sink.valid,
                 NextState("WORDS")
             )
