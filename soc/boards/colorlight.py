@@ -12,15 +12,14 @@ from litex.gen import *
 from litex.build.io        import DDROutput
 from litex.soc.cores.clock import ECP5PLL
 
-from litedram.core.controller import ControllerSettings
-from litedram.modules         import M12L64322A
-from litedram.phy             import GENSDRPHY
+from litedram.modules import M12L64322A
+from litedram.phy     import GENSDRPHY
 
 from liteeth.phy.ecp5rgmii import LiteEthPHYRGMII
 
 from litex_boards.platforms.colorlight_i5 import Platform
 
-from .board_soc import BoardSoC
+from .board_soc import BoardSoC, SDR_SETTINGS
 
 # Clocks -------------------------------------------------------------------------------------------
 
@@ -43,23 +42,18 @@ class ColorlightCRG(LiteXModule):
 
 class ColorlightSoC(BoardSoC):
     """Either board; a target sets `board` and `revision` as litex-boards knows them, and `preset`."""
-    def __init__(self, preset, **kwargs):
-        BoardSoC.__init__(self, Platform(board=self.board, revision=self.revision), preset,
-            name=f"colorlight_{self.board}", **kwargs)
+    memory_module   = M12L64322A
+    memory_settings = SDR_SETTINGS
+
+    def make_platform(self):
+        return Platform(board=self.board, revision=self.revision)
 
     def add_clocking(self, platform, sys_clk_freq):
         self.crg = ColorlightCRG(platform, sys_clk_freq)
 
-    def add_main_memory(self):
-        # Turning the bus from reading to writing and back costs ten clocks: let each side finish its burst.
+    def make_memory_phy(self, module):
         self.sdrphy = GENSDRPHY(self.platform.request("sdram"), self.sys_clk_freq)
-        self.add_sdram("sdram",
-            phy                 = self.sdrphy,
-            module              = M12L64322A(self.sys_clk_freq, "1:1"),
-            l2_cache_size       = 0,
-            controller_settings = ControllerSettings(read_time=256, write_time=128),
-        )
-        return self.sdram.crossbar
+        return self.sdrphy
 
-    def add_link(self):
-        self.add_ethernet(LiteEthPHYRGMII(self.platform.request("eth_clocks"), self.platform.request("eth"), tx_delay=0))
+    def make_ethernet_phy(self):
+        return LiteEthPHYRGMII(self.platform.request("eth_clocks"), self.platform.request("eth"), tx_delay=0)

@@ -12,6 +12,7 @@ from .preset     import Preset
 from .target     import main
 
 class ColorlightI5(ColorlightSoC):
+    board_name   = "colorlight_i5"
     board        = "i5"
     revision     = "7.0"
     loader       = "colorlight-i5"

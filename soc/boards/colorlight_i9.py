@@ -12,10 +12,11 @@ from .preset     import Preset
 from .target     import main
 
 class ColorlightI9(ColorlightSoC):
-    board    = "i9"
-    revision = "7.2"
-    loader   = "colorlight-i9"
-    preset   = Preset(
+    board_name   = "colorlight_i9"
+    board        = "i9"
+    revision     = "7.2"
+    loader       = "colorlight-i9"
+    preset       = Preset(
         disparities    = 64,
         max_block_size = 9,
         features       = ("xsobel", "texture", "uniqueness", "subpixel"),

@@ -71,37 +71,36 @@ class ECPIX5CRG(LiteXModule):
 # SoC ----------------------------------------------------------------------------------------------
 
 class ECPIX5(BoardSoC):
-    device = "85F"
-    loader = "ecpix5"
-    preset = Preset(
+    board_name    = "ecpix5"
+    loader        = "ecpix5"
+    device        = "85F"
+    rom_bytes     = 32*1024 # DDR3 has to be trained, so the boot program is larger.
+    memory_module = MT41K256M16
+    memory_bits   = 16
+    memory_rate   = "1:2"
+    preset        = Preset(
         disparities    = 128,
         max_block_size = 15,
         features       = OPENCV_FEATURES,
         sys_clk_freq   = 75000000,
     )
 
-    def __init__(self, preset, **kwargs):
-        # DDR3 has to be trained, so the boot program is larger.
-        BoardSoC.__init__(self, Platform(device=self.device), preset, name="ecpix5", rom_bytes=32*1024, **kwargs)
+    def make_platform(self):
+        return Platform(device=self.device)
 
     def add_clocking(self, platform, sys_clk_freq):
         self.crg = ECPIX5CRG(platform, sys_clk_freq)
 
-    def add_main_memory(self):
+    def make_memory_phy(self, module):
         self.ddrphy = ECP5DDRPHY(self.platform.request("ddram"), sys_clk_freq=self.sys_clk_freq)
         self.comb += [
             self.crg.stop.eq(self.ddrphy.init.stop),
             self.crg.reset.eq(self.ddrphy.init.reset),
         ]
-        self.add_sdram("sdram",
-            phy           = self.ddrphy,
-            module        = MT41K256M16(self.sys_clk_freq, "1:2"),
-            l2_cache_size = 0,
-        )
-        return self.sdram.crossbar
+        return self.ddrphy
 
-    def add_link(self):
-        self.add_ethernet(LiteEthPHYRGMII(self.platform.request("eth_clocks"), self.platform.request("eth"), rx_delay=0))
+    def make_ethernet_phy(self):
+        return LiteEthPHYRGMII(self.platform.request("eth_clocks"), self.platform.request("eth"), rx_delay=0)
 
 if __name__ == "__main__":
     sys.exit(main("ecpix5"))

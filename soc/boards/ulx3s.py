@@ -14,14 +14,13 @@ from litex.gen import *
 from litex.build.io        import DDROutput
 from litex.soc.cores.clock import ECP5PLL
 
-from litedram.core.controller import ControllerSettings
-from litedram.modules         import AS4C32M16
-from litedram.phy             import GENSDRPHY
+from litedram.modules import AS4C32M16
+from litedram.phy     import GENSDRPHY
 
 from litex_boards.platforms.radiona_ulx3s import Platform
 
 from ...gateware.parameters import OPENCV_FEATURES
-from .board_soc             import BoardSoC
+from .board_soc             import BoardSoC, SDR_SETTINGS
 from .preset                import Preset
 from .target                import main
 
@@ -47,30 +46,27 @@ class ULX3SCRG(LiteXModule):
 # SoC ----------------------------------------------------------------------------------------------
 
 class ULX3S(BoardSoC):
-    loader = "ulx3s"
-    preset = Preset(
+    board_name      = "ulx3s"
+    loader          = "ulx3s"
+    memory_module   = AS4C32M16
+    memory_bits     = 16
+    memory_settings = SDR_SETTINGS
+    preset          = Preset(
         disparities    = 128,
         max_block_size = 15,
         features       = OPENCV_FEATURES,
         sys_clk_freq   = 75000000,
     )
 
-    def __init__(self, preset, **kwargs):
-        BoardSoC.__init__(self, Platform(device="LFE5U-85F"), preset, name="ulx3s", **kwargs)
+    def make_platform(self):
+        return Platform(device="LFE5U-85F")
 
     def add_clocking(self, platform, sys_clk_freq):
         self.crg = ULX3SCRG(platform, sys_clk_freq)
 
-    def add_main_memory(self):
-        # Turning the bus from reading to writing and back costs ten clocks: let each side finish its burst.
+    def make_memory_phy(self, module):
         self.sdrphy = GENSDRPHY(self.platform.request("sdram"), self.sys_clk_freq)
-        self.add_sdram("sdram",
-            phy                 = self.sdrphy,
-            module              = AS4C32M16(self.sys_clk_freq, "1:1"),
-            l2_cache_size       = 0,
-            controller_settings = ControllerSettings(read_time=256, write_time=128),
-        )
-        return self.sdram.crossbar
+        return self.sdrphy
 
 if __name__ == "__main__":
     sys.exit(main("ulx3s"))
