@@ -104,8 +104,8 @@ def flash_image(firmware: bytes) -> bytes:
 # Synthesis, Place and Route -----------------------------------------------------------------------
 
 def without_dates(verilog: str) -> str:
-    """Verilog without the comments, which hold the date."""
-    return re.sub(r"^//.*$", "", verilog, flags=re.MULTILINE)
+    """Verilog without the comments at its beginning, which hold the date and are in another order each time."""
+    return re.sub(r"^//.*?$|^/\*.*?\*/", "", verilog, flags=re.MULTILINE | re.DOTALL)
 
 def synthesis_files(made: Sources) -> dict[str, str]:
     """What Yosys reads: name and text of each file."""

@@ -24,6 +24,7 @@ class ColorlightI5(ColorlightSoC):
         sys_clk_freq   = 60000000,
         cpu_variant    = "lite",
         with_icmp      = False,
+        abc9           = False,
     )
 
 if __name__ == "__main__":

@@ -22,6 +22,7 @@ class ColorlightI9(ColorlightSoC):
         features       = ("xsobel", "texture", "uniqueness", "subpixel"),
         sys_clk_freq   = 75000000,
         cpu_variant    = "lite",
+        abc9           = False,
     )
 
 if __name__ == "__main__":
