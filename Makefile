@@ -65,6 +65,9 @@ flash: ## Write bitstream and firmware to the flash of BOARD
 	@.ci/install fpga
 	@$(PYTHON) -m litestereo.soc.boards.$(BOARD) --flash
 
+boards-sim: install ## Boot each board's own SoC in simulation, and match a real pair on it
+	@LITESTEREO_BOARDS="colorlight_i5 colorlight_i9 ulx3s" $(PYTHON) -m pytest -q tests/sim/test_boards.py
+
 boards-check: ## Check that every bitstream is of these sources, and meets its clocks
 	@.ci/install fpga
 	@$(PYTHON) -m litestereo.soc.boards.check
@@ -88,5 +91,5 @@ lint: install ## Check style and types
 clean: ## Remove everything that was built, but not .venv
 	rm -rf build
 
-.PHONY: help install demo test sim bench resources network thesis boards bitstream load flash boards-check boards-doc \
-	sweep fuzz lint clean
+.PHONY: help install demo test sim bench resources network thesis boards bitstream load flash boards-sim \
+	boards-check boards-doc sweep fuzz lint clean

@@ -112,7 +112,12 @@ class BoardSoC(StereoSoC):
         phy = self.make_ethernet_phy()
         if phy is not None:
             self.ethphy = phy
-            self.add_frame_link(phy, memory=self.memory, burst_bytes=self.burst_bytes, with_icmp=self.preset.with_icmp)
+            self.add_frame_link(phy,
+                memory      = self.memory,
+                burst_bytes = self.burst_bytes,
+                streaming   = self.preset.streaming,
+                with_icmp   = self.preset.with_icmp,
+            )
 
     def add_flash(self):
         """The flash of bitstream and firmware, at pins that the CPU drives itself: it is read once."""

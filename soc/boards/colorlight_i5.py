@@ -23,6 +23,7 @@ class ColorlightI5(ColorlightSoC):
         features       = ("xsobel",),
         sys_clk_freq   = 60000000,
         cpu_variant    = "lite",
+        streaming      = False,
         with_icmp      = False,
         abc9           = False,
     )

@@ -26,6 +26,7 @@ class Preset:
     cpu_variant:    str             = option("standard", "Variant of the VexRiscv.")
     # Long bursts: after each one SDRAM changes its row.
     burst_bytes:    int             = option(256, "Bytes that are read or written in one go.")
+    streaming:      bool            = option(True, "Match frames as they come from the wire, past the memory.")
     with_icmp:      bool            = option(True, "Answer a ping.")
     abc9:           bool            = option(True, "Let Yosys map with delays in mind: faster, and larger.")
     seed:           int             = option(1, "Seed of nextpnr.")
