@@ -9,23 +9,19 @@
  * The flash has room for several images. The first one whose checksum is right is started, so that one that was written
  * halfway leaves the device with the one before. */
 
-#include "flash.h"
+#include "image.h"
 
 #include <generated/csr.h>
 #include <generated/mem.h>
 #include <generated/soc.h>
 #include <liblitedram/sdram.h>
-#include <litestereo/crc32.h>
 #include <system.h>
 
 #include <stdint.h>
 #include <stdio.h>
 
-/* In flash before the firmware, little-endian: the same two words that LiteX's BIOS knows. */
-typedef struct {
-    uint32_t length_bytes;
-    uint32_t crc32;
-} image_header_t;
+/* An image has eight bytes before the firmware. */
+enum { LARGEST_BYTES = FLASH_IMAGE_BYTES - 8 };
 
 static void say(const char *text)
 {
@@ -50,18 +46,6 @@ void isr(void)
 {
 }
 
-static int load(uint32_t address)
-{
-    image_header_t header;
-
-    flash_read(address, &header, sizeof(header));
-    if (header.length_bytes == 0 || header.length_bytes > FLASH_IMAGE_BYTES - sizeof(header)) {
-        return 0;
-    }
-    flash_read(address + sizeof(header), (void *)MAIN_RAM_BASE, header.length_bytes);
-    return crc32_update(0, (const void *)MAIN_RAM_BASE, header.length_bytes) == header.crc32;
-}
-
 int main(void)
 {
     if (!sdram_init()) {
@@ -71,7 +55,7 @@ int main(void)
     }
     for (;;) {
         for (uint32_t image = 0; image < FLASH_IMAGES; image++) {
-            if (load(FLASH_IMAGES_OFFSET + image * FLASH_IMAGE_BYTES)) {
+            if (image_load(FLASH_IMAGES_OFFSET + image * FLASH_IMAGE_BYTES, (void *)MAIN_RAM_BASE, LARGEST_BYTES) > 0) {
                 flush_cpu_icache();
                 flush_cpu_dcache();
                 ((void (*)(void))MAIN_RAM_BASE)();
