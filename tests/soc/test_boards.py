@@ -83,6 +83,9 @@ def test_document():
     text = report.document({board: built(board) for board in BOARDS})
     for board in BOARDS:
         assert f"| {board} | `sys_clk` | 60.0 | 61.0 |" in text
+    assert "passes, on that computer: none." in text
+    one = report.document({"ulx3s": built("ulx3s")})
+    assert "passes, on that computer: colorlight_i5, colorlight_i9, ecpix5." in one
     with pytest.raises(ToolError):
         report.document({"ulx3s": built("ulx3s", achieved=1.0)})
 
