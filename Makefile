@@ -8,6 +8,8 @@ PYTHON := .venv/bin/python
 PORT     ?= 2000
 UDP_PORT ?= 19539
 RAM      ?= integrated-ram
+# Board of `make bitstream`, `load` and `flash`: one of `make boards`.
+BOARD ?= colorlight_i5
 # What `make test` runs, and how many of the tests at once.
 TESTS ?= tests
 JOBS  ?= 2
@@ -17,7 +19,7 @@ export LITESTEREO_BUILD := $(CURDIR)/build
 .DEFAULT_GOAL := help
 
 help: ## Show the targets
-	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "%-9s %s\n", $$1, $$2}' Makefile
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "%-12s %s\n", $$1, $$2}' Makefile
 
 install: ## Install what is missing: Debian packages, and Python packages in .venv
 	@.ci/install
@@ -48,6 +50,32 @@ thesis: ## Measure a counterpart of every table and figure of the thesis, and wr
 	@.ci/install fpga
 	@$(PYTHON) -m litestereo.sim.thesis
 
+boards: install ## List the boards and what is built for each
+	@$(PYTHON) -m litestereo.soc.boards.report list
+
+bitstream: ## Build the bitstream and the firmware's image for BOARD with Yosys and nextpnr, into build/BOARD
+	@.ci/install fpga
+	@$(PYTHON) -m litestereo.soc.boards.$(BOARD) --build
+
+load: ## Load the bitstream into BOARD, until its power is off
+	@.ci/install fpga
+	@$(PYTHON) -m litestereo.soc.boards.$(BOARD) --load
+
+flash: ## Write bitstream and firmware to the flash of BOARD
+	@.ci/install fpga
+	@$(PYTHON) -m litestereo.soc.boards.$(BOARD) --flash
+
+boards-sim: install ## Boot each board's own SoC in simulation, and match a real pair on it
+	@LITESTEREO_BOARDS="colorlight_i5 colorlight_i9 ulx3s" $(PYTHON) -m pytest -q tests/sim/test_boards.py
+
+boards-check: ## Check that every bitstream is of these sources, and meets its clocks
+	@.ci/install fpga
+	@$(PYTHON) -m litestereo.soc.boards.check
+
+boards-doc: ## Write docs/boards.md from the bitstreams that are built
+	@.ci/install fpga
+	@$(PYTHON) -m litestereo.soc.boards.report
+
 sweep: install ## Compare the matcher with cv2.StereoBM at 2000 settings instead of 200
 	@LITESTEREO_SETTINGS=2000 $(PYTHON) -m pytest -n $(JOBS) --dist loadgroup tests/gateware/test_opencv.py
 
@@ -63,4 +91,5 @@ lint: install ## Check style and types
 clean: ## Remove everything that was built, but not .venv
 	rm -rf build
 
-.PHONY: help install demo test sim bench resources network thesis sweep fuzz lint clean
+.PHONY: help install demo test sim bench resources network thesis boards bitstream load flash boards-sim \
+	boards-check boards-doc sweep fuzz lint clean

@@ -35,7 +35,7 @@ class BlockSum(LiteXModule):
         # Ring of the last block_size columns.
         # ------------------------------------
         memory = Memory(lanes*in_bits, parameters.max_block_size, name="block_columns")
-        read   = memory.get_port(mode=READ_FIRST)
+        read   = memory.get_port(async_read=True)
         write  = memory.get_port(write_capable=True, mode=READ_FIRST)
         self.specials += memory, read, write
 
@@ -44,6 +44,7 @@ class BlockSum(LiteXModule):
         sums          = Signal(lanes*in_bits)
         last          = Signal(max=parameters.max_block_size + 1)
         self.comb += read.adr.eq(address)
+        columns       = Signal(lanes*in_bits) # That leave the blocks.
         self.sync += [
             last.eq(self.block_size - 1),
             If(self.sink.valid,
@@ -55,6 +56,8 @@ class BlockSum(LiteXModule):
             ),
             write_address.eq(address),
             sums.eq(self.sink.sums),
+            # A register that is reset takes no logic, a multiplexer behind it would.
+            columns.eq(Mux(self.sink.cost_old, read.dat_r, 0)),
         ]
         self.comb += [
             write.adr.eq(write_address),
@@ -66,13 +69,13 @@ class BlockSum(LiteXModule):
         # -----------------------------------------
         for newest, oldest, cost in zip(
             lanes_of(sums,              lanes),
-            lanes_of(read.dat_r,        lanes),
+            lanes_of(columns,           lanes),
             lanes_of(self.source.costs, lanes),
         ):
             change = Signal(out_bits)
             start  = Signal(out_bits)
             result = Signal(out_bits)
-            self.sync += change.eq(newest - Mux(stages[1].cost_old, oldest, 0))
+            self.sync += change.eq(newest - oldest)
             self.comb += start.eq(Mux(stages[2].cost_first, 0, result))
             self.sync += If(stages[2].valid, result.eq(start + change))
             self.comb += cost.eq(result)

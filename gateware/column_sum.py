@@ -47,7 +47,8 @@ class ColumnSum(LiteXModule):
             write.we.eq(self.source.valid),
         ]
         above_row = Signal(lanes*bits)
-        self.sync += above_row.eq(read.dat_r)
+        # A register that is reset takes no logic, a multiplexer behind it would.
+        self.sync += above_row.eq(Mux(stages[1].row_first, 0, read.dat_r))
 
         # Lanes: change of the sum, then the sum.
         # ---------------------------------------
@@ -60,13 +61,11 @@ class ColumnSum(LiteXModule):
             leaving  = Signal(in_bits)
             entering = Signal(in_bits)
             change   = Signal(bits)
-            start    = Signal(bits)
             result   = Signal(bits)
             self.sync += [
                 entering.eq(enter),
                 leaving.eq(Mux(self.sink.row_old, leave, 0)),
                 change.eq(entering - leaving),
             ]
-            self.comb += start.eq(Mux(stages[2].row_first, 0, above))
-            self.sync += result.eq(start + change)
+            self.sync += result.eq(above + change)
             self.comb += total.eq(result)

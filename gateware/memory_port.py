@@ -37,6 +37,10 @@ def word_address(port, base, index):
     address = Signal(32)
     return address, address.eq(base[shift:] + index)
 
+def buffered(depth):
+    """Whether a FIFO of words gets an output register, and with it can be block RAM: deep ones are large without."""
+    return depth >= 32
+
 # Memory Reader ------------------------------------------------------------------------------------
 
 class MemoryReader(LiteXModule):
@@ -52,7 +56,7 @@ class MemoryReader(LiteXModule):
             # "big" is LiteX's name for: leave the bytes of a word where they are.
             self.dma = WishboneDMAReader(bus, endianness="big", fifo_depth=fifo_depth)
         else:
-            self.dma = LiteDRAMDMAReader(port, fifo_depth=fifo_depth)
+            self.dma = LiteDRAMDMAReader(port, fifo_depth=fifo_depth, fifo_buffered=buffered(fifo_depth))
         self.sink   = self.dma.sink
         self.source = self.dma.source
 
@@ -72,7 +76,7 @@ class MemoryWriter(LiteXModule):
             self.dma = WishboneDMAWriter(bus, endianness="big")
             self.comb += self.written.eq(bus.stb & bus.ack)
         else:
-            self.dma = LiteDRAMDMAWriter(port, fifo_depth=fifo_depth)
+            self.dma = LiteDRAMDMAWriter(port, fifo_depth=fifo_depth, fifo_buffered=buffered(fifo_depth))
             # Later commands to the bank queue behind this one, so taken is as good as written.
             self.comb += self.written.eq(port.wdata.valid & port.wdata.ready)
         self.sink = self.dma.sink

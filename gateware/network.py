@@ -120,13 +120,16 @@ class Network(LiteXModule):
         Of the device; the IP address as an int or in dots.
     clk_freq : int
         Of `sys` in Hz, for ARP's timeouts.
+    with_icmp : bool
+        Answer a ping. Nothing else needs it.
     """
-    def __init__(self, phy, mac_address, ip_address, clk_freq):
+    def __init__(self, phy, mac_address, ip_address, clk_freq, with_icmp=True):
         self.ip_address = ip_address = convert_ip(ip_address)
         self.mac  = MAC(phy)
         self.arp  = LiteEthARP(self.mac, mac_address, ip_address, clk_freq, entries=4, dw=WORD_BITS)
         self.ip   = LiteEthIP(self.mac, mac_address, ip_address, self.arp.table, with_broadcast=False, dw=WORD_BITS)
-        self.icmp = LiteEthICMP(self.ip, ip_address, dw=WORD_BITS)
+        if with_icmp:
+            self.icmp = LiteEthICMP(self.ip, ip_address, dw=WORD_BITS)
         self.udp  = LiteEthUDP(self.ip, ip_address, dw=WORD_BITS)
 
     def get_port(self, udp_port):

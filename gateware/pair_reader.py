@@ -10,7 +10,7 @@ from litex.gen import *
 from litex.soc.interconnect import stream
 
 from .common      import *
-from .memory_port import MemoryReader, word_address, word_bytes
+from .memory_port import MemoryReader, buffered, word_address, word_bytes
 
 # Pair Reader --------------------------------------------------------------------------------------
 
@@ -50,7 +50,7 @@ class PairReader(LiteXModule):
         helds = []
         rooms = []
         for side in ["left", "right"]:
-            fifo = ResetInserter()(stream.SyncFIFO([("data", port.data_width)], depth))
+            fifo = ResetInserter()(stream.SyncFIFO([("data", port.data_width)], depth, buffered(depth)))
             self.add_module(name=f"{side}_fifo", module=fifo)
             held = Signal(max=depth + 1)
             room = Signal()

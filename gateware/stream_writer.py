@@ -10,7 +10,7 @@ from litex.gen import *
 from litex.soc.interconnect import stream
 
 from .common      import *
-from .memory_port import MemoryWriter, word_address, word_bytes
+from .memory_port import MemoryWriter, buffered, word_address, word_bytes
 
 # Stream Writer ------------------------------------------------------------------------------------
 
@@ -49,7 +49,7 @@ class StreamWriter(LiteXModule):
 
         # Items to words. (LiteX's Converter would do, but its mark `last` outlives a reset.)
         # -----------------------------------------------------------------------------------
-        self.fifo = fifo = ResetInserter()(stream.SyncFIFO([("data", port.data_width)], 2*burst))
+        self.fifo = fifo = ResetInserter()(stream.SyncFIFO([("data", port.data_width)], 2*burst, buffered(2*burst)))
         lanes     = port.data_width//bits
         running   = Signal()
         word      = Signal(port.data_width)

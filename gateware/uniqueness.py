@@ -81,7 +81,8 @@ class Uniqueness(LiteXModule):
         self.sync += [used[group].eq(self.disparities > MIN_DISPARITIES*group) for group in range(len(used))]
         for lane, cost in enumerate(lanes_of(self.sink.costs, lanes)):
             self.sync += [
-                cheap[lane].eq((cost <= self.sink.limit) & used[lane//MIN_DISPARITIES]),
+                # <, not <=: that would be an equality besides.
+                cheap[lane].eq(~(self.sink.limit < cost) & used[lane//MIN_DISPARITIES]),
                 winner[lane].eq(self.sink.index == lane),
             ]
 

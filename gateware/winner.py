@@ -34,40 +34,44 @@ class Winner(LiteXModule):
 
         # # #
 
-        # Lanes out of use, by groups of 16.
-        # ----------------------------------
-        candidates = []
+        # Tree: in groups of 16 lanes first, and among the groups that are in use then.
+        # -----------------------------------------------------------------------------
+        winners = []
         for group in range(0, lanes, MIN_DISPARITIES):
-            used = Signal()
-            self.sync += used.eq(self.disparities > group)
-            for lane in lanes_of(self.sink.costs, lanes)[group:group + MIN_DISPARITIES]:
-                cost = Signal(bits)
-                self.sync += cost.eq(lane | Replicate(~used, bits))
-                candidates.append((cost, len(candidates)))
+            lanes_here = lanes_of(self.sink.costs, lanes)[group:group + MIN_DISPARITIES]
+            cost, index = self.best([(cost, group + number) for number, cost in enumerate(lanes_here)])
+            used        = Signal()
+            masked      = Signal(bits)
+            self.sync += [
+                used.eq(self.disparities > group),
+                masked.eq(cost | Replicate(~used, bits)),
+            ]
+            winners.append((masked, delayed(self, index, 1)))
+        cost, index = self.best(winners)
+        self.comb += [
+            self.source.valid.eq(delayed(self, self.sink.valid, self.latency)),
+            self.source.cost.eq(cost),
+            self.source.index.eq(index),
+        ]
 
-        # Tree.
-        # -----
+    def best(self, candidates):
+        """Cost and index of the best of some (cost, index), a register after each level of the tree."""
         while len(candidates) > 1:
             winners = []
             for (low_cost, low_index), (high_cost, high_index) in zip(candidates[0::2], candidates[1::2]):
-                cost  = Signal(bits)
-                index = Signal(parameters.index_bits)
-                self.sync += If(high_cost <= low_cost,
-                    cost.eq(high_cost),
-                    index.eq(high_index)
-                ).Else(
+                cost  = Signal(len(low_cost))
+                index = Signal(bits_for(high_index) if isinstance(high_index, int) else len(high_index))
+                # <, not <=: that would be an equality besides.
+                self.sync += If(low_cost < high_cost,
                     cost.eq(low_cost),
                     index.eq(low_index)
+                ).Else(
+                    cost.eq(high_cost),
+                    index.eq(high_index)
                 )
                 winners.append((cost, index))
             if len(candidates) % 2:
                 cost, index = candidates[-1]
                 winners.append((delayed(self, cost, 1), delayed(self, index, 1)))
             candidates = winners
-
-        cost, index = candidates[0]
-        self.comb += [
-            self.source.valid.eq(delayed(self, self.sink.valid, self.latency)),
-            self.source.cost.eq(cost),
-            self.source.index.eq(index),
-        ]
+        return candidates[0]

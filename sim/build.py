@@ -16,6 +16,7 @@ from importlib.metadata import version
 from pathlib import Path
 
 from ..firmware import FIRMWARE_DIR
+from ..soc.boards import BOARDS
 from .paths import SIM_DIR, build_directory, built_once, content_key, source_key
 
 MEMORIES       = ("integrated-ram", "sdram")
@@ -37,7 +38,7 @@ def build_soc(memory: str = "integrated-ram") -> Path:
     Parameters
     ----------
     memory
-        Main memory of the SoC: one of `MEMORIES`.
+        Main memory of the SoC, one of `MEMORIES`; or a board, one of `soc.boards.BOARDS`, for its SoC.
 
     Returns
     -------
@@ -48,16 +49,18 @@ def build_soc(memory: str = "integrated-ram") -> Path:
     SimulationError
         The build failed.
     """
-    if memory not in MEMORIES:
-        raise SimulationError(f"unknown memory {memory!r}: choose one of {', '.join(MEMORIES)}")
+    if memory not in (*MEMORIES, *BOARDS):
+        raise SimulationError(f"unknown memory {memory!r}: choose one of {', '.join((*MEMORIES, *BOARDS))}")
     package = SIM_DIR.parent
     key     = content_key([memory, json.dumps(MATCHER), *(version(name) for name in LITEX_PACKAGES),
                            source_key(package / "gateware", package / "soc", SIM_DIR / "modules")])
 
     def build(folder: Path) -> None:
         # A process of its own: LiteX changes the working directory, prints, and configures logging.
-        _run([sys.executable, "-m", "litestereo.soc.simulation", memory, str(folder), json.dumps(MATCHER),
-              str(SIM_DIR / "modules")], folder, f"the simulator of the SoC on {memory} (some minutes)")
+        command = ["litestereo.soc.boards.simulated", memory, str(folder)] if memory in BOARDS else [
+            "litestereo.soc.simulation", memory, str(folder), json.dumps(MATCHER)]
+        _run([sys.executable, "-m", *command, str(SIM_DIR / "modules")], folder,
+             f"the simulator of the SoC on {memory} (some minutes)")
 
     return built_once(build_directory() / "soc" / f"{memory}-{key}", build)
 
@@ -70,12 +73,26 @@ def build_firmware(soc: Path) -> Path:
     SimulationError
         The build failed.
     """
+    return _build_program(soc, FIRMWARE_DIR / "Makefile", "firmware") / "litestereo.bin"
+
+
+def build_boot(soc: Path) -> Path:
+    """Build the boot program for the SoC of a board that `build_soc` built; return the path of `boot.bin`.
+
+    Raises
+    ------
+    SimulationError
+        The build failed.
+    """
+    return _build_program(soc, FIRMWARE_DIR / "boot" / "Makefile", "boot") / "boot.bin"
+
+
+def _build_program(soc: Path, makefile: Path, name: str) -> Path:
     def build(folder: Path) -> None:
-        _run(["make", "-C", str(folder), "-f", str(FIRMWARE_DIR / "Makefile"), f"BUILD_DIR={soc}"], folder,
-             "the firmware")
+        _run(["make", "-C", str(folder), "-f", str(makefile), f"BUILD_DIR={soc}"], folder, f"the program {name}")
 
     key = content_key([soc.name, source_key(FIRMWARE_DIR)])
-    return built_once(build_directory() / "firmware" / f"{soc.name}-{key}", build) / "litestereo.bin"
+    return built_once(build_directory() / name / f"{soc.name}-{key}", build)
 
 
 def _run(command: list[str], folder: Path, what: str) -> None:

@@ -21,7 +21,8 @@ import zlib
 from pathlib import Path
 from types import TracebackType
 
-from .build import SimulationError, build_firmware, build_soc
+from ..soc.boards import BOARDS
+from .build import SimulationError, build_boot, build_firmware, build_soc
 from .paths import build_directory
 
 PROMPT = b"litestereo> "
@@ -79,7 +80,7 @@ def start_simulation(ram: str = "integrated-ram", port: int = 0, udp_port: int =
     Parameters
     ----------
     ram
-        Main memory of the SoC: `integrated-ram` or `sdram`.
+        Main memory of the SoC: `integrated-ram` or `sdram`; or a board, for its SoC, which boots from its flash.
     port
         TCP port of 127.0.0.1 for the UART; 0 picks a free one.
     udp_port
@@ -105,7 +106,8 @@ def start_simulation(ram: str = "integrated-ram", port: int = 0, udp_port: int =
     runs     = build_directory() / "run"
     runs.mkdir(parents=True, exist_ok=True)
     folder   = Path(tempfile.mkdtemp(prefix=f"{ram}-", dir=runs))
-    _prepare_memories(folder, soc / "gateware", ram, firmware)
+    contents = memory_contents(ram, soc, firmware)
+    _prepare_memories(folder, soc / "gateware", contents)
     _prepare_modules(folder, soc / "gateware", {
         "serial2socket":   {"port": port},
         "ethernet2socket": {"port": udp_port, "clock": "eth_clk"} | ({"capture": str(capture)} if capture else {}),
@@ -151,18 +153,27 @@ def _prepare_modules(folder: Path, gateware: Path, arguments: dict[str, dict[str
     (folder / "sim_config.js").write_text(json.dumps(config))
 
 
-def _prepare_memories(folder: Path, gateware: Path, ram: str, firmware: bytes) -> None:
+def memory_contents(ram: str, soc: Path, firmware: bytes) -> dict[str, tuple[bytes, int]]:
+    """Contents of the memories that hold programs, and bytes of a word, by the names of their files."""
+    if ram == "integrated-ram":
+        return {"sim_main_ram.init": (firmware, 16)}
+    # The image that LiteX's BIOS and the boards' boot program take from flash: length, CRC-32, firmware.
+    image    = len(firmware).to_bytes(4, "little") + zlib.crc32(firmware).to_bytes(4, "little") + firmware
+    contents = {"sim_flash.init": (image, 4)}
+    if ram in BOARDS:
+        contents["sim_rom.init"] = (build_boot(soc).read_bytes(), 4)
+    return contents
+
+
+def _prepare_memories(folder: Path, gateware: Path, contents: dict[str, tuple[bytes, int]]) -> None:
     """Put the contents of the memories in the folder that litex_sim runs in."""
-    if ram == "sdram":
-        # The image that LiteX's BIOS boots from flash: length, CRC-32, firmware.
-        firmware = len(firmware).to_bytes(4, "little") + zlib.crc32(firmware).to_bytes(4, "little") + firmware
-    memory, word_bytes = {"integrated-ram": ("sim_main_ram.init", 16), "sdram": ("sim_flash.init", 4)}[ram]
     for path in gateware.glob("*.init"):
-        if path.name != memory:
+        if path.name not in contents:
             (folder / path.name).symlink_to(path)
-    firmware += bytes(-len(firmware) % word_bytes)
-    words = (firmware[index:index + word_bytes][::-1].hex() for index in range(0, len(firmware), word_bytes))
-    (folder / memory).write_text("\n".join(words) + "\n")
+    for name, (data, word_bytes) in contents.items():
+        data += bytes(-len(data) % word_bytes)
+        words = (data[index:index + word_bytes][::-1].hex() for index in range(0, len(data), word_bytes))
+        (folder / name).write_text("\n".join(words) + "\n")
 
 
 def _die_with_parent() -> None:

@@ -19,7 +19,7 @@ class FrameLinkMixin:
     """Gives a LiteX SoC the method `add_frame_link`: `class MySoC(FrameLinkMixin, SoCCore)`."""
 
     def add_frame_link(self, phy, name="frame_link", mac_address=MAC_ADDRESS, ip_address=IP_ADDRESS, udp_port=UDP_PORT,
-        max_chunks=1024, memory=None, burst_bytes=128, streaming=None):
+        max_chunks=1024, memory=None, burst_bytes=128, streaming=None, with_icmp=True):
         """Add the way of frames between Ethernet and memory: LiteEth's UDP core, and a `FrameLink` behind it.
 
         Parameters
@@ -38,6 +38,8 @@ class FrameLinkMixin:
             Bytes read or written in one go.
         streaming : bool, optional
             Build the way of streamed frames from the wire through the matcher `stereo` and back; by default if there is one.
+        with_icmp : bool
+            Answer a ping.
         """
         self.check_if_exists(name)
         stereo = getattr(self, "stereo", None)
@@ -45,7 +47,7 @@ class FrameLinkMixin:
             streaming = stereo is not None
         if memory is None:
             memory = BusPorts(self, name)
-        network = Network(phy, mac_address, ip_address, self.clk_freq)
+        network = Network(phy, mac_address, ip_address, self.clk_freq, with_icmp)
         link    = FrameLink(
             read_port   = memory.get_port(mode="read"),
             write_port  = memory.get_port(mode="write"),

@@ -101,6 +101,8 @@ uint32_t frame_link_chunks_repeated_read(void);
 uint32_t frame_link_chunks_while_matching_read(void);
 #endif
 
+void     flash_w_write(uint32_t value);
+uint32_t flash_r_read(void);
 uint32_t uart_rxtx_read(void);
 uint32_t uart_rxempty_read(void);
 uint32_t uart_rxfull_read(void);

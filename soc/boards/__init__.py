@@ -1,0 +1,20 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""Boards: `StereoSoC` on real hardware, and what is built for each."""
+
+from importlib import import_module
+
+# Class of each board's SoC, in the module of the board's name; loaded when it is asked for, as LiteX is slow to import.
+BOARDS = {
+    "colorlight_i5": "ColorlightI5",
+    "colorlight_i9": "ColorlightI9",
+    "ulx3s":         "ULX3S",
+    "ecpix5":        "ECPIX5",
+}
+
+def soc_class(board):
+    """Class of a board's SoC, with its `preset`."""
+    return getattr(import_module(f".{board}", __name__), BOARDS[board])

@@ -1,0 +1,145 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+from migen import *
+
+from litex.gen import *
+
+from litex.soc.cores.bitbang import SPIMaster
+
+from litedram.core.controller import ControllerSettings
+
+from ..stereo_soc import StereoSoC
+
+ROM_BYTES  = 4*1024 # Of the boot program.
+SRAM_BYTES = 4*1024 # Stack.
+
+# Turning the bus from reading to writing and back costs ten clocks: let each side finish its burst.
+SDR_SETTINGS = ControllerSettings(read_time=256, write_time=128)
+
+# Images of the firmware in flash: the boot program starts the first good one.
+FLASH_IMAGES      = 2
+FLASH_IMAGE_BYTES = 256*1024
+
+# Flash Pads ---------------------------------------------------------------------------------------
+
+class ECP5FlashPads(LiteXModule):
+    """The pads of the configuration flash as `SPIMaster` wants them; an ECP5 has that clock at a primitive, not at a pin."""
+    def __init__(self, pads):
+        self.clk  = Signal()
+        self.cs_n = pads.cs_n
+        self.mosi = pads.mosi
+        self.miso = pads.miso
+
+        # # #
+
+        self.specials += Instance("USRMCLK", i_USRMCLKI=self.clk, i_USRMCLKTS=0)
+        for name in ("wp", "hold"):
+            if hasattr(pads, name):
+                self.comb += getattr(pads, name).eq(1)
+
+# Board SoC ----------------------------------------------------------------------------------------
+
+class BoardSoC(StereoSoC):
+    """What the SoCs of all boards share: a boot program in ROM instead of LiteX's BIOS, and the flash that it reads.
+
+    A target says what differs by class attributes and by overriding `make_platform`, `add_clocking`, `make_memory_phy`
+    and `make_ethernet_phy`.
+
+    Parameters
+    ----------
+    preset : Preset
+        What is built.
+    platform
+        LiteX platform instead of the board's own.
+    sys_clk_freq : int
+        System clock in Hz instead of the preset's; the memory's timing remains the preset's.
+    **kwargs
+        Passed on to `StereoSoC`.
+    """
+    board_name      = None # As in `BOARDS`.
+    loader          = None # openFPGALoader's name of it.
+    rom_bytes       = ROM_BYTES
+    memory_module   = None # LiteDRAM's class of the chip,
+    memory_bits     = 32   # width of its bus,
+    memory_rate     = "1:1"
+    memory_settings = None # and settings of its controller.
+
+    flash_offset      = 4*1024*1024 # Of the firmware's images, behind the largest bitstream.
+    flash_images      = FLASH_IMAGES
+    flash_image_bytes = FLASH_IMAGE_BYTES
+
+    def __init__(self, preset, platform=None, sys_clk_freq=None, **kwargs):
+        self.preset = preset
+        soc_kwargs  = dict(
+            cpu_variant          = preset.cpu_variant,
+            uart_baudrate        = 1000000,
+            integrated_sram_size = SRAM_BYTES,
+            integrated_rom_size  = self.rom_bytes,
+            # First contents, for the memory to load its file; the boot program comes in there.
+            integrated_rom_init  = [0],
+        )
+        soc_kwargs.update(kwargs)
+        StereoSoC.__init__(self, platform or self.make_platform(), sys_clk_freq or preset.sys_clk_freq,
+            name           = self.board_name,
+            max_width      = preset.max_width,
+            disparities    = preset.disparities,
+            max_block_size = preset.max_block_size,
+            features       = preset.features,
+            burst_bytes    = preset.burst_bytes,
+            **soc_kwargs)
+        self.add_flash()
+
+    # What StereoSoC asks for ----------------------------------------------------------------------
+
+    def add_main_memory(self):
+        module = self.memory_module(self.preset.sys_clk_freq, self.memory_rate)
+        # Without L2 cache: the matcher's ports go past it, and it is slow.
+        self.add_sdram("sdram", phy=self.make_memory_phy(module), module=module, l2_cache_size=0,
+            controller_settings=self.memory_settings or ControllerSettings())
+        # The boot program starts the memory and does not test it: the firmware's checksum is taken from there.
+        self.add_constant("SDRAM_TEST_DISABLE")
+        return self.sdram.crossbar
+
+    def add_link(self):
+        """The frame link, if the board has Ethernet.
+
+        LiteEth's PHYs hold the clock domains of the wire in reset while `sys` is, and for a while longer: the counter that
+        does it is in `sys`. So both sides of the crossings are in reset at once, and the crossings are empty after it.
+        """
+        phy = self.make_ethernet_phy()
+        if phy is not None:
+            self.ethphy = phy
+            self.add_frame_link(phy,
+                memory      = self.memory,
+                burst_bytes = self.burst_bytes,
+                streaming   = self.preset.streaming,
+                with_icmp   = self.preset.with_icmp,
+            )
+
+    def add_flash(self):
+        """The flash of bitstream and firmware, at pins that the CPU drives itself: it is read once."""
+        self.flash_pads = self.make_flash_pads()
+        self.flash      = SPIMaster(self.flash_pads)
+        self.add_constant("FLASH_IMAGES",        self.flash_images)
+        self.add_constant("FLASH_IMAGES_OFFSET", self.flash_offset)
+        self.add_constant("FLASH_IMAGE_BYTES",   self.flash_image_bytes)
+
+    # Hooks ----------------------------------------------------------------------------------------
+
+    def make_platform(self):
+        """LiteX platform of the board."""
+        raise NotImplementedError
+
+    def make_memory_phy(self, module):
+        """PHY of the main memory, a module of this SoC."""
+        raise NotImplementedError
+
+    def make_ethernet_phy(self):
+        """LiteEth PHY, 8 bits wide; None, as here, if the board has no Ethernet."""
+
+    def make_flash_pads(self):
+        """Pads of the flash as `SPIMaster` wants them, a module."""
+        return ECP5FlashPads(self.platform.request("spiflash"))

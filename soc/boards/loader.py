@@ -1,0 +1,43 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""Brings what was built to a board, with openFPGALoader."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+from pathlib import Path
+
+from ...sim.paths import build_directory
+from ..synthesis import ToolError, tool
+from . import soc_class
+
+def built(board: str) -> Path:
+    """Folder of a board's bitstream; raises ToolError if there is none."""
+    folder = build_directory() / board
+    if not (folder / "report.json").is_file():
+        raise ToolError(f"{board} is not built: run make bitstream BOARD={board}")
+    return folder
+
+def run_loader(board: str, *arguments: str) -> None:
+    """Run openFPGALoader for a board; what it says goes to the terminal."""
+    program = tool("openfpgaloader-cli")
+    if subprocess.run([program, "--Version"], capture_output=True, check=False).returncode:
+        raise ToolError("openFPGALoader does not start: install the packages libusb-1.0-0 and libftdi1-2")
+    if subprocess.run([program, "--board", soc_class(board).loader, *arguments], check=False).returncode:
+        raise ToolError(f"openFPGALoader did not reach the {board}: is it connected, and may you use its USB device?")
+
+def load(board: str) -> None:
+    """Load the bitstream into the FPGA; the firmware is taken from the flash."""
+    run_loader(board, str(built(board) / f"{board}.bit"))
+
+def flash(board: str) -> None:
+    """Write the bitstream and each image of the firmware to the flash."""
+    folder = built(board)
+    place  = json.loads((folder / "report.json").read_text())["flash"]
+    run_loader(board, "--write-flash", str(folder / f"{board}.bit"))
+    for image in range(place["images"]):
+        run_loader(board, "--write-flash", "--offset", str(place["offset"] + image*place["bytes"]), str(folder / "firmware.bin"))

@@ -1,0 +1,37 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""What is built for a board."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from ...gateware.parameters import FEATURES
+
+def option(default, text):
+    """A field with what the option of a target says of it."""
+    return field(default=default, metadata={"help": text})
+
+@dataclass(frozen=True)
+class Preset:
+    """What is built for a board: matcher, CPU and clock, chosen by measurement."""
+    disparities:    int             = option(64, "Largest number of disparities, a multiple of 16.")
+    max_block_size: int             = option(9, "Largest block size, odd.")
+    max_width:      int             = option(640, "Widest image in pixels.")
+    features:       tuple[str, ...] = option(FEATURES, "Optional stages of the matcher.")
+    sys_clk_freq:   int             = option(60000000, "Clock of system and matcher in Hz.")
+    cpu_variant:    str             = option("standard", "Variant of the VexRiscv.")
+    # Long bursts: after each one SDRAM changes its row.
+    burst_bytes:    int             = option(256, "Bytes that are read or written in one go.")
+    streaming:      bool            = option(True, "Match frames as they come from the wire, past the memory.")
+    with_icmp:      bool            = option(True, "Answer a ping.")
+    abc9:           bool            = option(True, "Let Yosys map with delays in mind: faster, and larger.")
+    seed:           int             = option(1, "Seed of nextpnr.")
+
+    @property
+    def frames_per_second(self) -> float:
+        """Frames of 640 x 480 that the matcher makes in a second at a pixel per clock."""
+        return self.sys_clk_freq/(640*480)

@@ -1,0 +1,98 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""Lists the boards and their presets, and writes docs/boards.md from the reports of place and route."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+from ..resources import table
+from ..synthesis import ToolError
+from . import BOARDS, soc_class
+from .build import placement_key, sources
+from .check import changes, check, check_clocks, clock_name, delivered
+
+DOCUMENT = Path(__file__).resolve().parents[2] / "docs" / "boards.md"
+
+HEADER = """\
+# Boards
+
+Bitstreams of the whole system, written by `make boards-doc` from nextpnr's reports of the builds on the computer that ran
+it: `make bitstream BOARD=...`. A build whose clocks are not all met is an error and has no bitstream. Wiring and first steps
+of each board are on its own page.
+"""
+
+SITES = {"TRELLIS_COMB": "combinational", "TRELLIS_FF": "FF", "DP16KD": "block RAM", "MULT18X18D": "DSP"}
+
+def preset_row(board: str) -> list:
+    """A board and its preset."""
+    preset = soc_class(board).preset
+    return [board, preset.disparities, preset.max_block_size, ", ".join(preset.features), preset.cpu_variant,
+        f"{preset.sys_clk_freq/1e6:g}", f"{preset.frames_per_second:.1f}"]
+
+PRESET_COLUMNS = ["board", "disparities", "block", "features", "VexRiscv", "MHz", "frames per second"]
+
+def preset_text() -> str:
+    """What is built for each board."""
+    return table(PRESET_COLUMNS, [preset_row(board) for board in BOARDS])
+
+def site_row(board: str, built: dict) -> list:
+    """What a board's bitstream takes."""
+    sites = built["report"]["utilization"]
+    cells = [f"{sites[kind]['used']} of {sites[kind]['available']} ({100*sites[kind]['used']//sites[kind]['available']} %)"
+        for kind in SITES]
+    return [f"[{board}](boards/{board}.md)", built["device"], *cells, built["preset"]["seed"], f"`{built['key']}`",
+        f"`{built['commit']}`"]
+
+def clock_rows(board: str, built: dict) -> list[list]:
+    """The clocks of a board's bitstream."""
+    return [[board, f"`{clock_name(net)}`", f"{clock['constraint']:.1f}", f"{clock['achieved']:.1f}"]
+        for net, clock in sorted(built["report"]["fmax"].items())]
+
+def document(builds: dict[str, dict]) -> str:
+    """The document, of what was built of each board.
+
+    Raises
+    ------
+    ToolError
+        A clock of a build is not met.
+    """
+    for board, built in builds.items():
+        check_clocks(board, built["report"])
+    absent = [board for board in BOARDS if board not in builds]
+    clocks = [row for board, built in builds.items() for row in clock_rows(board, built)]
+    tools  = sorted({tool for built in builds.values() for tool in built["tools"]})
+    return "\n".join([HEADER,
+        "## Presets\n\nFrames of 640 x 480 at a pixel per clock; memory and link may allow fewer.\n", preset_text(),
+        "## Sites\n\nA combinational site is a LUT4 or half a carry. The key is a hash of everything that went into the bitstream; "
+        "`make boards-check` compares it with that of the sources.\n",
+        table(["board", "device", *SITES.values(), "seed", "key", "commit"], [site_row(*item) for item in builds.items()]),
+        "## Clocks\n", table(["board", "clock", "needed, MHz", "reached, MHz"], clocks),
+        f"Without a bitstream that passes, on that computer: {', '.join(absent) or 'none'}.\n",
+        f"Tools: {'; '.join(tools) or 'none used'}.\n"])
+
+def main() -> int:
+    """`list` prints the presets, anything else writes the document; returns the exit status: 1 if a board is not in it."""
+    if sys.argv[1:] == ["list"]:
+        print(preset_text())
+        return 0
+    builds = {}
+    for board in BOARDS:
+        try:
+            built = delivered(board)
+            if changes(built, soc_class(board).preset):
+                raise ToolError(f"{board} was built with another preset: run make bitstream BOARD={board}")
+            check(board, placement_key(sources(board)), built)
+            builds[board] = built
+        except ToolError as error:
+            print(f"boards: left out: {error}", file=sys.stderr)
+    DOCUMENT.write_text(document(builds))
+    print(DOCUMENT.read_text())
+    return 0 if len(builds) == len(BOARDS) else 1
+
+if __name__ == "__main__":
+    sys.exit(main())

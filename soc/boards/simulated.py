@@ -1,0 +1,81 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""A board's SoC in litex_sim: its preset, its kind and width of RAM, its boot from flash; pins and clocks swapped."""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+
+from migen.genlib.io import CRG
+
+from litex.build.sim               import SimPlatform
+from litex.soc.integration.builder import Builder
+
+from litedram.phy.model import SDRAMPHYModel
+
+from ..ethernet_model import EthernetPHYModel
+from ..simulation     import IO, SYS_CLK_FREQ, SimulatedSoC
+from .                import soc_class
+from .board_soc       import BoardSoC
+from .flash_model     import FlashModel
+from .generate        import LIBRARIES
+
+# Simulated Board ----------------------------------------------------------------------------------
+
+def simulated(board):
+    """Class of the simulated SoC of a board."""
+    base = soc_class(board)
+
+    class SimulatedBoard(base):
+        sim_config = staticmethod(SimulatedSoC.sim_config)
+
+        def __init__(self):
+            base.__init__(self, base.preset, SimPlatform("SIM", IO), SYS_CLK_FREQ, uart_name="sim")
+            self.comb += self.platform.trace.eq(0)
+
+        def add_clocking(self, platform, sys_clk_freq):
+            self.crg = CRG(platform.request("sys_clk"))
+
+        def make_memory_phy(self, module):
+            self.sdrphy = SDRAMPHYModel(module, data_width=base.memory_bits, clk_freq=self.preset.sys_clk_freq)
+            return self.sdrphy
+
+        def make_ethernet_phy(self):
+            # The simulator's module wants its pads even if the board has no Ethernet.
+            pads = self.platform.request("eth_clk"), self.platform.request("eth")
+            return EthernetPHYModel(*pads) if base.make_ethernet_phy is not BoardSoC.make_ethernet_phy else None
+
+        def make_flash_pads(self):
+            return FlashModel(self.flash_image_bytes)
+
+    return SimulatedBoard
+
+# Build --------------------------------------------------------------------------------------------
+
+def build(board, output_dir, modules_dir):
+    """Build simulator and libraries of a board; see `soc.simulation.build`."""
+    soc          = simulated(board)()
+    builder      = Builder(soc, output_dir=output_dir, csr_json=os.path.join(output_dir, "csr.json"))
+    modules_copy = os.path.join(output_dir, "modules")
+    shutil.copytree(modules_dir, modules_copy)
+    builder.software_packages  = [(name, folder) for name, folder in builder.software_packages if name in LIBRARIES]
+    builder.software_libraries = [library for library in builder.software_libraries if library in LIBRARIES]
+    builder.build(
+        run             = False,
+        sim_config      = soc.sim_config(),
+        interactive     = False,
+        extra_mods      = ["serial2socket", "ethernet2socket"],
+        extra_mods_path = modules_copy,
+        opt_level       = "O3",
+    )
+    with open(os.path.join(output_dir, "board.json"), "w") as file:
+        json.dump({"rom": soc.rom_bytes}, file)
+    subprocess.run(["bash", "build_sim.sh"], cwd=builder.gateware_dir, check=True)
+
+if __name__ == "__main__":
+    build(*sys.argv[1:])

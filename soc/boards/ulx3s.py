@@ -1,0 +1,72 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""Radiona ULX3S with an LFE5U-85F: 32 MB of SDRAM at 16 bits, and a serial line over USB."""
+
+import sys
+
+from migen import *
+
+from litex.gen import *
+
+from litex.build.io        import DDROutput
+from litex.soc.cores.clock import ECP5PLL
+
+from litedram.modules import AS4C32M16
+from litedram.phy     import GENSDRPHY
+
+from litex_boards.platforms.radiona_ulx3s import Platform
+
+from ...gateware.parameters import OPENCV_FEATURES
+from .board_soc             import BoardSoC, SDR_SETTINGS
+from .preset                import Preset
+from .target                import main
+
+# Clocks -------------------------------------------------------------------------------------------
+
+class ULX3SCRG(LiteXModule):
+    def __init__(self, platform, sys_clk_freq):
+        self.rst       = Signal() # From the SoC's reset register.
+        self.cd_sys    = ClockDomain()
+        self.cd_sys_ps = ClockDomain()
+
+        # # #
+
+        self.pll = pll = ECP5PLL()
+        self.comb += pll.reset.eq(platform.request("rst") | self.rst)
+        pll.register_clkin(platform.request("clk25"), 25e6)
+        pll.create_clkout(self.cd_sys,    sys_clk_freq)
+        pll.create_clkout(self.cd_sys_ps, sys_clk_freq, phase=90)
+        self.specials += DDROutput(1, 0, platform.request("sdram_clock"), ClockSignal("sys_ps"))
+        # Low, this pin switches the board off.
+        self.comb += platform.request("wifi_gpio0").eq(1)
+
+# SoC ----------------------------------------------------------------------------------------------
+
+class ULX3S(BoardSoC):
+    board_name      = "ulx3s"
+    loader          = "ulx3s"
+    memory_module   = AS4C32M16
+    memory_bits     = 16
+    memory_settings = SDR_SETTINGS
+    preset          = Preset(
+        disparities    = 128,
+        max_block_size = 15,
+        features       = OPENCV_FEATURES,
+        sys_clk_freq   = 75000000,
+    )
+
+    def make_platform(self):
+        return Platform(device="LFE5U-85F")
+
+    def add_clocking(self, platform, sys_clk_freq):
+        self.crg = ULX3SCRG(platform, sys_clk_freq)
+
+    def make_memory_phy(self, module):
+        self.sdrphy = GENSDRPHY(self.platform.request("sdram"), self.sys_clk_freq)
+        return self.sdrphy
+
+if __name__ == "__main__":
+    sys.exit(main("ulx3s"))

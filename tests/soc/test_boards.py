@@ -1,0 +1,146 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""Boards: every target up to Verilog and linked programs, what refuses a bad bitstream, and the command of a target."""
+
+from __future__ import annotations
+
+import json
+import zlib
+
+import pytest
+
+from litestereo.soc.boards import BOARDS, build, check, loader, report, soc_class, target
+from litestereo.soc.synthesis import ToolError
+
+
+def built(board, achieved=61.0, key="key"):
+    """What `build` writes of a board whose only clock needs 60 MHz."""
+    return {"board": board, "device": "a device", "key": key, "tools": ["a tool"], "commit": "a commit",
+            "preset": json.loads(json.dumps(vars(soc_class(board).preset))),
+            "flash": {"offset": 4096, "bytes": 1024, "images": 2},
+            "report": {"fmax": {"$glbnet$sys_clk": {"achieved": achieved, "constraint": 60.0}},
+                       "utilization": {kind: {"used": 1, "available": 2} for kind in report.SITES}}}
+
+
+@pytest.mark.parametrize("board", BOARDS)
+def test_sources(board, monkeypatch):
+    """A board's Verilog, constraints, boot program and firmware are built; the boot program fits its ROM."""
+    monkeypatch.setattr(build, "tool_version", lambda name: name)
+    made  = build.sources(board)
+    files = build.synthesis_files(made)
+    assert f"module {build.TOP}" in files[f"{build.TOP}.v"].replace("  ", " ")
+    assert made.firmware.stat().st_size < made.board["flash"]["bytes"]
+    assert len(files["top_rom.init"].split())*4 >= made.boot.stat().st_size
+    # Nothing outside of the folder is read: the tools would not find it.
+    assert "/" not in files["top.ys"].replace("//", "")
+    assert "FREQUENCY PORT" in build.constraints(made)
+    assert "--timing-allow-fail" not in build.options(made)
+
+
+def test_boards_fit_the_flash():
+    """Images lie behind the bitstream and beside each other."""
+    for board in BOARDS:
+        soc = soc_class(board)
+        assert soc.flash_offset % soc.flash_image_bytes == 0
+        assert soc.flash_images >= 2
+
+
+def test_flash_image():
+    """Length and CRC-32 before the firmware, little-endian."""
+    image = build.flash_image(b"firmware")
+    assert image == (8).to_bytes(4, "little") + zlib.crc32(b"firmware").to_bytes(4, "little") + b"firmware"
+
+
+def test_boot_program_that_is_too_large():
+    """Refused, with what to do."""
+    assert build.rom_contents(b"\1\2\3\4\5", 8) == "04030201\n00000005\n"
+    with pytest.raises(ToolError, match="enlarge rom_bytes"):
+        build.rom_contents(bytes(9), 8)
+
+
+def test_check():
+    """A bitstream is refused if a clock is too slow, if there is no clock, or if its sources have changed."""
+    check.check("ulx3s", "key", built("ulx3s"))
+    with pytest.raises(ToolError, match="sys_clk reaches 59.9 MHz of 60.0 MHz"):
+        check.check("ulx3s", "key", built("ulx3s", achieved=59.9))
+    with pytest.raises(ToolError, match="older than its sources"):
+        check.check("ulx3s", "another", built("ulx3s"))
+    with pytest.raises(ToolError, match="no clocks"):
+        check.check_clocks("ulx3s", {"fmax": {}})
+
+
+def test_not_built(tmp_path):
+    """A board without a bitstream is named, with what to do."""
+    with pytest.raises(ToolError, match="run make bitstream BOARD=ulx3s"):
+        check.delivered("ulx3s", tmp_path)
+
+
+def test_document():
+    """Every board that is built has its sites and clocks in the document; one that is too slow is refused."""
+    text = report.document({board: built(board) for board in BOARDS})
+    for board in BOARDS:
+        assert f"| {board} | `sys_clk` | 60.0 | 61.0 |" in text
+    assert "passes, on that computer: none." in text
+    one = report.document({"ulx3s": built("ulx3s")})
+    assert "passes, on that computer: colorlight_i5, colorlight_i9, ecpix5." in one
+    with pytest.raises(ToolError):
+        report.document({"ulx3s": built("ulx3s", achieved=1.0)})
+
+
+def test_changed_preset():
+    """What was built with other options than the preset's is told from it."""
+    other = built("ulx3s")
+    assert check.changes(other, soc_class("ulx3s").preset) == {}
+    other["preset"]["disparities"] = 16
+    assert check.changes(other, soc_class("ulx3s").preset) == {"disparities": 16}
+
+
+@pytest.mark.parametrize("board", BOARDS)
+def test_target(board, monkeypatch, capsys):
+    """A target's options change its preset; without an action it shows them."""
+    calls = []
+    monkeypatch.setattr(target, "build", lambda *arguments: calls.append(arguments))
+    monkeypatch.setattr(target, "flash", lambda *arguments: calls.append(arguments))
+    assert target.main(board, []) == 0
+    assert "--disparities" in capsys.readouterr().out
+    assert target.main(board, ["--build", "--flash"]) == 0
+    assert target.main(board, ["--build", "--disparities", "16", "--features", "raw", "--no-with-icmp"]) == 0
+    changed = {"disparities": 16, "features": ["raw"]}
+    if soc_class(board).preset.with_icmp:
+        changed["with_icmp"] = False
+    assert calls == [(board, {}), (board,), (board, changed)]
+
+
+def test_target_that_fails(monkeypatch, capsys):
+    """One line, and a status that is not zero."""
+    def fail(*arguments):
+        raise ToolError("what is wrong")
+    monkeypatch.setattr(target, "build", fail)
+    assert target.main("ulx3s", ["--build"]) == 1
+    assert capsys.readouterr().err == "ulx3s: error: what is wrong\n"
+
+
+def test_flash(tmp_path, monkeypatch):
+    """The bitstream goes to the start of the flash, each image to its place; the board is the one that was named."""
+    monkeypatch.setattr(loader, "build_directory", lambda: tmp_path)
+    calls = tmp_path / "calls"
+    tool  = tmp_path / "openfpgaloader-cli"
+    tool.write_text(f"#!/bin/sh\necho \"$@\" >> {calls}\n")
+    tool.chmod(0o755)
+    monkeypatch.setattr(loader, "tool", lambda name: str(tool))
+    with pytest.raises(ToolError, match="is not built"):
+        loader.flash("colorlight_i5")
+    folder = tmp_path / "colorlight_i5"
+    folder.mkdir()
+    (folder / "report.json").write_text(json.dumps(built("colorlight_i5")))
+    loader.flash("colorlight_i5")
+    assert [line for line in calls.read_text().splitlines() if line != "--Version"] == [
+        f"--board colorlight-i5 --write-flash {folder}/colorlight_i5.bit",
+        f"--board colorlight-i5 --write-flash --offset 4096 {folder}/firmware.bin",
+        f"--board colorlight-i5 --write-flash --offset 5120 {folder}/firmware.bin"]
+    tool.write_text("#!/bin/sh\nexit 127\n")
+    with pytest.raises(ToolError, match="libftdi1-2"):
+        loader.load("colorlight_i5")
