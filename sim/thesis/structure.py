@@ -48,7 +48,7 @@ def counts(width: int, preset: Preset) -> Counts:
         "sad_units":            block.count("+"),
         "absolute_differences": difference.count("-"),
         "additions":            sum(core.count("+", "-") for core in (columns, block)),
-        "comparators":          winner.count("<="),
+        "comparators":          winner.count("<"),
         "pixels_under_way":     sum(core.latency for core in matcher.pipeline()),
         "register_bits":        contents(matcher).register_bits,
     }
