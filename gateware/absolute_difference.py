@@ -19,17 +19,20 @@ class AbsoluteDifference(LiteXModule):
 
     The right pixels wait in shift registers, one step per column. The lane behind the last disparity is the texture,
     |left(x) - cap|. Only steps that have a cost come out.
+
+    A lane is of `bits` + 1 bits: the absolute difference less one if the difference is negative, and above it that one. Who sums
+    them adds the one as the carry of an adder that is there anyway; here it would take an adder of its own.
     """
     def __init__(self, parameters):
         bits, lanes = parameters.filtered_bits, parameters.lanes
         self.sink   = stream.Endpoint(old_pair_layout(bits) + position_layout(parameters)) # Pipeline.
         self.source = stream.Endpoint([
-            ("enter", lanes*bits),
-            ("leave", lanes*bits),
+            ("enter", lanes*(bits + 1)),
+            ("leave", lanes*(bits + 1)),
         ] + position_layout(parameters))                                                   # Pipeline.
 
         self.cap     = Signal(max=MAX_PREFILTER_CAP + 1) # Value of a filtered pixel without texture.
-        self.latency = 3
+        self.latency = 2
 
         # # #
 
@@ -48,10 +51,8 @@ class AbsoluteDifference(LiteXModule):
             if lanes > parameters.disparities:
                 rights.append(self.cap)
             for lane, right in zip(lanes_of(target, lanes), rights):
-                # Difference with its sign, then its magnitude: x if positive, ~x + 1 if negative.
+                # Difference with its sign, then its magnitude: its bits, inverted if it is negative, lack that one.
                 difference = Signal(bits + 1)
                 negative   = difference[-1]
-                magnitude  = Signal(bits)
                 self.sync += difference.eq(left - right)
-                self.sync += magnitude.eq((difference[:bits] ^ Replicate(negative, bits)) + negative)
-                self.comb += lane.eq(magnitude)
+                self.comb += lane.eq(Cat(difference[:bits] ^ Replicate(negative, bits), negative))

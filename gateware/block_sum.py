@@ -72,10 +72,10 @@ class BlockSum(LiteXModule):
             lanes_of(columns,           lanes),
             lanes_of(self.source.costs, lanes),
         ):
-            change = Signal(out_bits)
+            change = Signal(in_bits + 1)
             start  = Signal(out_bits)
             result = Signal(out_bits)
             self.sync += change.eq(newest - oldest)
             self.comb += start.eq(Mux(stages[2].cost_first, 0, result))
-            self.sync += If(stages[2].valid, result.eq(start + change))
+            self.sync += If(stages[2].valid, result.eq(start + sign_extended(change, out_bits)))
             self.comb += cost.eq(result)

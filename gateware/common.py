@@ -71,6 +71,10 @@ def lanes_of(signal, lanes):
     bits = len(signal)//lanes
     return [signal[lane*bits:(lane + 1)*bits] for lane in range(lanes)]
 
+def sign_extended(signal, bits):
+    """A number in two's complement as `bits` bits. Of signed signals migen and Verilog think differently."""
+    return Cat(signal, Replicate(signal[-1], bits - len(signal)))
+
 def delayed(module, signal, clocks):
     """`signal` as it was `clocks` clocks ago."""
     for _ in range(clocks):

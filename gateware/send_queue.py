@@ -46,6 +46,7 @@ class SendQueue(LiteXModule):
         reply    = Record(job_layout(), name="reply_job")
         run      = Record(job_layout(), name="run_job")
         aborted  = Signal()
+        given_up = Signal() # The run, at a place where it can be.
         advance  = Signal() # The run's next message has been read.
         answered = Signal() # The reply has.
         last     = Signal()
@@ -57,10 +58,10 @@ class SendQueue(LiteXModule):
             If(advance,
                 run.offset.eq(run.offset + CHUNK_BYTES),
                 run.base.eq(run.base + CHUNK_BYTES),
-                run.length.eq(run.length - CHUNK_BYTES),
-                If(last | aborted,
-                    self.run_busy.eq(0)
-                )
+                run.length.eq(run.length - CHUNK_BYTES)
+            ),
+            If(given_up | (advance & last),
+                self.run_busy.eq(0)
             ),
             If(self.abort & self.run_busy,
                 aborted.eq(1)
@@ -90,12 +91,15 @@ class SendQueue(LiteXModule):
         # ------------------------------
         message = Record(job_layout(), name="message")
         chosen  = Signal() # 1: the run's.
-        self.messages = messages = stream.SyncFIFO(job_layout(), 2)
+        done    = Signal() # Its payload has been read.
+        self.offered = offered = stream.Buffer(job_layout()) # One is sent while the next is read.
         self.comb += [
-            messages.source.connect(self.source),
-            [getattr(messages.sink, name).eq(getattr(message, name)) for name, *_ in job_layout()],
+            offered.source.connect(self.source),
+            [getattr(offered.sink, name).eq(getattr(message, name)) for name, *_ in job_layout()],
             reader.base.eq(message.base),
             reader.length.eq(message.length),
+            answered.eq(done & ~chosen),
+            advance.eq(done & chosen),
         ]
         self.fsm = fsm = FSM(reset_state="CHOOSE")
         fsm.act("CHOOSE",
@@ -111,7 +115,7 @@ class SendQueue(LiteXModule):
                 ),
                 # Given up between two messages.
                 If(aborted,
-                    advance.eq(1)
+                    given_up.eq(1)
                 ).Else(
                     NextState("ROOM")
                 )
@@ -120,11 +124,12 @@ class SendQueue(LiteXModule):
         fsm.act("ROOM",
             # A run that waits may be given up: the wire takes nothing while nobody answers ARP for a peer.
             If(chosen & aborted,
-                advance.eq(1),
+                given_up.eq(1),
                 NextState("CHOOSE")
             # By now the register `room` has seen the payload before.
-            ).Elif(room & messages.sink.ready,
+            ).Elif(room,
                 If(message.length == 0,
+                    done.eq(1),
                     NextState("OFFER")
                 ).Else(
                     reader.start.eq(1),
@@ -134,14 +139,15 @@ class SendQueue(LiteXModule):
         )
         fsm.act("READ",
             If(reader.idle,
+                done.eq(1),
                 NextState("OFFER")
             )
         )
         fsm.act("OFFER",
-            messages.sink.valid.eq(1),
-            If(messages.sink.ready,
-                answered.eq(~chosen),
-                advance.eq(chosen),
+            offered.sink.valid.eq(1),
+            # The run behind it need not wait with it.
+            given_up.eq(self.run_busy & aborted),
+            If(offered.sink.ready,
                 NextState("CHOOSE")
             )
         )

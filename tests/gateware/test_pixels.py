@@ -151,5 +151,6 @@ def test_absolute_difference(valid):
                     shift = [int(pixels["right" + suffix][index]), *shift[:-1]]
                 if place["cost"][index]:
                     expected.append([abs(left - right) for right in (*shift, cap)])
-            assert np.array_equal(out[field], expected), field
+            magnitude, negative = out[field] % 2**SMALL.filtered_bits, out[field] >> SMALL.filtered_bits
+            assert np.array_equal(magnitude + negative, expected), field
         assert np.array_equal(out["cost_column"], place["cost_column"][costs])
