@@ -50,11 +50,14 @@ class Registered(LiteXModule):
         self.add_register(renamed, source, sink)
 
     def add_register(self, renamed, source, sink):
-        register = renamed(stream.Buffer(source.description, pipe_valid=True, pipe_ready=True))
-        self.submodules += register
+        # In this order, not `Buffer`'s own: nothing but registers at either end.
+        ready = renamed(stream.PipeReady(source.description))
+        data  = renamed(stream.PipeValid(source.description))
+        self.submodules += ready, data
         self.comb += [
-            source.connect(register.sink),
-            register.source.connect(sink),
+            source.connect(ready.sink),
+            ready.source.connect(data.sink),
+            data.source.connect(sink),
         ]
 
 class MACSender(LiteXModule):

@@ -11,7 +11,8 @@ from litex.soc.cores.bitbang import SPIMaster
 
 from litedram.core.controller import ControllerSettings
 
-from ..stereo_soc import StereoSoC
+from ...gateware.bus_register import BusRegister
+from ..stereo_soc              import StereoSoC
 
 ROM_BYTES  = 4*1024 # Of the boot program.
 SRAM_BYTES = 4*1024 # Stack.
@@ -90,6 +91,7 @@ class BoardSoC(StereoSoC):
             features       = preset.features,
             burst_bytes    = preset.burst_bytes,
             **soc_kwargs)
+        self.add_bus_registers()
         self.add_flash()
 
     # What StereoSoC asks for ----------------------------------------------------------------------
@@ -118,6 +120,14 @@ class BoardSoC(StereoSoC):
                 streaming   = self.preset.streaming,
                 with_icmp   = self.preset.with_icmp,
             )
+
+    def add_bus_registers(self):
+        """A register between the bus and each port of the CPU."""
+        for name, master in self.bus.masters.items():
+            if name.startswith("cpu_bus"):
+                register = BusRegister(master)
+                self.add_module(name=f"{name}_register", module=register)
+                self.bus.masters[name] = register.bus
 
     def add_flash(self):
         """The flash of bitstream and firmware, at pins that the CPU drives itself: it is read once."""

@@ -22,10 +22,8 @@ class ColorlightI5(ColorlightSoC):
         max_block_size = 9,
         features       = ("xsobel",),
         sys_clk_freq   = 60000000,
-        cpu_variant    = "lite",
         streaming      = False,
         with_icmp      = False,
-        abc9           = False,
     )
 
 if __name__ == "__main__":

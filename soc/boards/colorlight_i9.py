@@ -21,8 +21,6 @@ class ColorlightI9(ColorlightSoC):
         max_block_size = 9,
         features       = ("xsobel", "texture", "uniqueness", "subpixel"),
         sys_clk_freq   = 75000000,
-        cpu_variant    = "lite",
-        abc9           = False,
     )
 
 if __name__ == "__main__":

@@ -32,8 +32,7 @@ def generate(board: str, folder: Path, changes: dict) -> None:
     builder = Builder(soc, output_dir=str(folder), csr_json=str(folder / "csr.json"))
     builder.software_packages  = [(name, path) for name, path in builder.software_packages if name in LIBRARIES]
     builder.software_libraries = [library for library in builder.software_libraries if library in LIBRARIES]
-    # Without wide functions, which take LUTs in pairs; ABC9 is the default.
-    soc.platform.toolchain._synth_opts = "" if preset.abc9 else "-noabc9 "
+    # Without wide functions, which take LUTs in pairs.
     builder.build(run=False, build_name=TOP, nowidelut=True, timingstrict=True)
     # The tools see nothing but the folder that they run in.
     gateware = folder / "gateware"

@@ -23,12 +23,11 @@ class Preset:
     max_width:      int             = option(640, "Widest image in pixels.")
     features:       tuple[str, ...] = option(FEATURES, "Optional stages of the matcher.")
     sys_clk_freq:   int             = option(60000000, "Clock of system and matcher in Hz.")
-    cpu_variant:    str             = option("standard", "Variant of the VexRiscv.")
+    cpu_variant:    str             = option("lite", "Variant of the VexRiscv.")
     # Long bursts: after each one SDRAM changes its row.
     burst_bytes:    int             = option(256, "Bytes that are read or written in one go.")
     streaming:      bool            = option(True, "Match frames as they come from the wire, past the memory.")
     with_icmp:      bool            = option(True, "Answer a ping.")
-    abc9:           bool            = option(True, "Let Yosys map with delays in mind: faster, and larger.")
     seed:           int             = option(1, "Seed of nextpnr.")
 
     @property
