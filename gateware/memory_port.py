@@ -57,7 +57,7 @@ class MemoryReader(LiteXModule):
             self.dma = WishboneDMAReader(bus, endianness="big", fifo_depth=fifo_depth)
         else:
             self.dma = LiteDRAMDMAReader(port, fifo_depth=fifo_depth, fifo_buffered=buffered(fifo_depth))
-        self.sink   = self.dma.sink
+        self.sink   = _registered(self, self.dma.sink)
         self.source = self.dma.source
 
 # Memory Writer ------------------------------------------------------------------------------------
@@ -79,7 +79,13 @@ class MemoryWriter(LiteXModule):
             self.dma = LiteDRAMDMAWriter(port, fifo_depth=fifo_depth, fifo_buffered=buffered(fifo_depth))
             # Later commands to the bank queue behind this one, so taken is as good as written.
             self.comb += self.written.eq(port.wdata.valid & port.wdata.ready)
-        self.sink = self.dma.sink
+        self.sink = _registered(self, self.dma.sink)
+
+def _registered(module, sink):
+    """Sink with a register in front of `sink`: in the clock of its computing an address picks no bank of the RAM besides."""
+    module.buffer = buffer = stream.Buffer(sink.description)
+    module.comb += buffer.source.connect(sink)
+    return buffer.sink
 
 def _with_errors_as_answers(module, port):
     """Bus towards `port` on which an error ends the access as an acknowledge does, and pulses `module.error`.
