@@ -41,18 +41,18 @@ class AbsoluteDifference(LiteXModule):
             (self.sink.left,     self.sink.right,     self.source.enter),
             (self.sink.left_old, self.sink.right_old, self.source.leave),
         ]:
-            left = Signal(bits)
+            left = Signal(bits, reset_less=True)
             self.sync += If(self.sink.valid & self.sink.move_left, left.eq(new_left))
             rights = []
             for _ in range(parameters.disparities):
-                right = Signal(bits)
+                right = Signal(bits, reset_less=True)
                 self.sync += If(self.sink.valid & self.sink.move_right, right.eq(rights[-1] if rights else new_right))
                 rights.append(right)
             if lanes > parameters.disparities:
                 rights.append(self.cap)
             for lane, right in zip(lanes_of(target, lanes), rights):
                 # Difference with its sign, then its magnitude: its bits, inverted if it is negative, lack that one.
-                difference = Signal(bits + 1)
+                difference = Signal(bits + 1, reset_less=True)
                 negative   = difference[-1]
                 self.sync += difference.eq(left - right)
                 self.comb += lane.eq(Cat(difference[:bits] ^ Replicate(negative, bits), negative))

@@ -41,10 +41,10 @@ class BlockSum(LiteXModule):
 
         address       = Signal(max=parameters.max_block_size)
         write_address = Signal(max=parameters.max_block_size)
-        sums          = Signal(lanes*in_bits)
+        sums          = Signal(lanes*in_bits, reset_less=True)
         last          = Signal(max=parameters.max_block_size + 1)
         self.comb += read.adr.eq(address)
-        columns       = Signal(lanes*in_bits) # That leave the blocks.
+        columns       = Signal(lanes*in_bits, reset_less=True) # That leave the blocks.
         self.sync += [
             last.eq(self.block_size - 1),
             If(self.sink.valid,
@@ -72,9 +72,9 @@ class BlockSum(LiteXModule):
             lanes_of(columns,           lanes),
             lanes_of(self.source.costs, lanes),
         ):
-            change = Signal(in_bits + 1)
+            change = Signal(in_bits + 1, reset_less=True)
             start  = Signal(out_bits)
-            result = Signal(out_bits)
+            result = Signal(out_bits, reset_less=True)
             self.sync += change.eq(newest - oldest)
             self.comb += start.eq(Mux(stages[2].cost_first, 0, result))
             self.sync += If(stages[2].valid, result.eq(start + sign_extended(change, out_bits)))

@@ -39,7 +39,7 @@ class ColumnSum(LiteXModule):
         # Memory of the row above, with a register behind it: block RAM is slow to answer.
         # ---------------------------------------------------------------------------------
         # In pieces of a block RAM's width at a depth of 1024: left to itself, Yosys stacks wider ones, with multiplexers.
-        above_row = Signal(lanes*bits)
+        above_row = Signal(lanes*bits, reset_less=True)
         for start in range(0, lanes*bits, BLOCK_RAM_BITS):
             piece  = slice(start, min(start + BLOCK_RAM_BITS, lanes*bits))
             memory = Memory(piece.stop - piece.start, parameters.cost_columns, name="column_sums")
@@ -63,11 +63,11 @@ class ColumnSum(LiteXModule):
             lanes_of(above_row,        lanes),
             lanes_of(self.source.sums, lanes),
         ):
-            entering = Signal(in_bits + 1)
-            leaving  = Signal(in_bits + 1, reset=2**(in_bits + 1) - 1) # Inverted: it is subtracted.
-            change   = Signal(in_bits + 2) # Less one; the lowest bit is that of the carry.
+            entering = Signal(in_bits + 1, reset_less=True)
+            leaving  = Signal(in_bits + 1, reset=2**(in_bits + 1) - 1, reset_less=True) # Inverted: it is subtracted.
+            change   = Signal(in_bits + 2, reset_less=True) # Less one; the lowest bit is that of the carry.
             behind   = Signal()            # The one that `change` lacks, less that of the leaving difference.
-            result   = Signal(bits + 1)
+            result   = Signal(bits + 1, reset_less=True)
             self.sync += [
                 entering.eq(enter),
                 leaving.eq(Mux(self.sink.row_old, ~leave, 2**(in_bits + 1) - 1)),

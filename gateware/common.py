@@ -76,9 +76,9 @@ def sign_extended(signal, bits):
     return Cat(signal, Replicate(signal[-1], bits - len(signal)))
 
 def delayed(module, signal, clocks):
-    """`signal` as it was `clocks` clocks ago."""
+    """`signal` as it was `clocks` clocks ago; if it is wider than a bit it is data, which a reset leaves alone."""
     for _ in range(clocks):
-        stage = Signal.like(signal)
+        stage = Signal.like(signal, reset_less=len(signal) > 1)
         module.sync += stage.eq(signal)
         signal = stage
     return signal
@@ -93,6 +93,8 @@ def pass_position(module, sink, source, latency, valid=None):
     stages = [sink]
     for _ in range(latency):
         stage = stream.Endpoint([(name, len(getattr(sink, name))) for name in fields])
+        for name in fields:
+            getattr(stage, name).reset_less = True # A reset clears `valid`: that a frame begins is all that it needs to say.
         before = valid if valid is not None and len(stages) == 1 else stages[-1].valid
         module.sync += stage.valid.eq(before)
         module.sync += [getattr(stage, name).eq(getattr(stages[-1], name)) for name in fields]

@@ -16,8 +16,8 @@ class CostDelay(LiteXModule):
     """All costs of a block, as they were `latency` clocks ago: they wait here until their winner is known."""
     def __init__(self, parameters, latency):
         bits = parameters.disparities*parameters.cost_bits
-        self.sink    = Signal(bits) # Costs.
-        self.source  = Signal(bits) # Costs `latency` clocks later.
+        self.sink    = Signal(bits)                  # Costs.
+        self.source  = Signal(bits, reset_less=True) # Costs `latency` clocks later.
         self.latency = latency
 
         # # #

@@ -148,13 +148,17 @@ class StereoPeripheral(PeripheralCSR, LiteXModule):
         fsm.act("STOP",
             reader.stop.eq(1),
             writer.stop.eq(1),
-            matcher.reset.eq(1),
             If(reader.idle & writer.idle,
                 self.failed.eq(1),
                 NextValue(self.error_code, next_code),
                 NextState("IDLE")
             )
         )
+
+        # A register: this reaches half of the FPGA.
+        resetting = Signal()
+        self.sync += resetting.eq(fsm.ongoing("STOP"))
+        self.comb += matcher.reset.eq(resetting)
 
         # Stream.
         # -------

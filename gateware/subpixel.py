@@ -48,10 +48,10 @@ class Neighbours(LiteXModule):
             self.comb += number.eq(Mux(below[:2] == bank, below[2:], above[2:]))
             # In two steps, of four lanes each and then of what they give.
             for begin in range(0, len(values), 4):
-                half = Signal(bits)
+                half = Signal(bits, reset_less=True)
                 self.sync += Case(number[:2], {step: half.eq(values[begin + step]) for step in range(4)})
                 halves.append(half)
-            value = Signal(bits)
+            value = Signal(bits, reset_less=True)
             self.sync += Case(delayed(self, number[2:] if len(number) > 2 else Signal(), 1),
                 {step: value.eq(half) for step, half in enumerate(halves)} | {"default": value.eq(halves[-1])})
             chosen.append(value)
@@ -89,8 +89,8 @@ class Subpixel(LiteXModule):
 
         # Numerator and denominator, at clock 2.
         # --------------------------------------
-        rise, fall = Signal(bits), Signal(bits) # p - s, q - s
-        gap        = Signal((bits + 1, True))   # p - q
+        rise, fall = [Signal(bits, reset_less=True) for _ in range(2)] # p - s, q - s
+        gap        = Signal((bits + 1, True), reset_less=True)   # p - q
         inside     = Signal()
         last       = Signal(parameters.index_bits)
         negative   = Signal()
@@ -101,8 +101,8 @@ class Subpixel(LiteXModule):
             gap.eq(self.sink.below - self.sink.above),
             inside.eq((self.sink.index != 0) & (self.sink.index != last) & self.enable),
         ]
-        remainder   = Signal(bits)
-        denominator = Signal(bits)
+        remainder   = Signal(bits, reset_less=True)
+        denominator = Signal(bits, reset_less=True)
         positive    = Signal(bits)
         self.comb += [
             negative.eq(gap[-1]),
@@ -123,9 +123,9 @@ class Subpixel(LiteXModule):
             difference = Signal(bits + 2)
             taken      = Signal()
             scaled     = Signal(bits + 1)
-            next_left  = Signal(bits)
-            next_denom = Signal(bits)
-            digits     = Signal(step + 1)
+            next_left  = Signal(bits, reset_less=True)
+            next_denom = Signal(bits, reset_less=True)
+            digits     = Signal(step + 1, reset_less=True)
             # The first digit is that of 128: the remainder as it is; before each other one it is doubled.
             self.comb += [
                 scaled.eq(remainder if quotient is None else remainder << 1),
@@ -143,7 +143,7 @@ class Subpixel(LiteXModule):
         # --------------------------------------------------
         index = delayed(self, self.sink.index, 2 + QUOTIENT_BITS)
         minus = delayed(self, negative, 1 + QUOTIENT_BITS)
-        total = Signal(index_bits + QUOTIENT_BITS + 1)
+        total = Signal(index_bits + QUOTIENT_BITS + 1, reset_less=True)
         fine  = Signal(index_bits + QUOTIENT_BITS + 1)
         self.comb += fine.eq(Cat(Replicate(1, DISPARITY_SHIFT), Replicate(0, QUOTIENT_BITS - DISPARITY_SHIFT), index))
         self.sync += [

@@ -38,13 +38,13 @@ class CostLimit(LiteXModule):
 
         # The product in quarters, so that what remains to be divided by is 25 and the factors are short.
         largest       = (2**bits - 1)*MAX_UNIQUENESS_RATIO
-        product       = Signal(max=largest + 1)
+        product       = Signal(max=largest + 1, reset_less=True)
         quarters      = product[2:]
         factor, shift = reciprocal(PERCENT//4, largest//4)
         half          = len(quarters)//2
-        low           = Signal(max=2**half*factor)
-        high          = Signal(max=2**(len(quarters) - half)*factor)
-        total         = Signal(len(quarters) + bits_for(factor))
+        low           = Signal(max=2**half*factor, reset_less=True)
+        high          = Signal(max=2**(len(quarters) - half)*factor, reset_less=True)
+        total         = Signal(len(quarters) + bits_for(factor), reset_less=True)
         cost          = delayed(self, self.sink.cost, 3)
         self.sync += [
             product.eq(self.sink.cost*self.ratio),
@@ -75,8 +75,8 @@ class Uniqueness(LiteXModule):
 
         # Lanes that are cheap enough to be a rival, and the winner, one bit a lane.
         # --------------------------------------------------------------------------
-        cheap  = Signal(lanes)
-        winner = Signal(lanes)
+        cheap  = Signal(lanes, reset_less=True)
+        winner = Signal(lanes, reset_less=True)
         used   = Signal(lanes//MIN_DISPARITIES)
         self.sync += [used[group].eq(self.disparities > MIN_DISPARITIES*group) for group in range(len(used))]
         for lane, cost in enumerate(lanes_of(self.sink.costs, lanes)):

@@ -41,7 +41,7 @@ class Winner(LiteXModule):
             lanes_here = lanes_of(self.sink.costs, lanes)[group:group + MIN_DISPARITIES]
             cost, index = self.best([(cost, group + number) for number, cost in enumerate(lanes_here)])
             used        = Signal()
-            masked      = Signal(bits)
+            masked      = Signal(bits, reset_less=True)
             self.sync += [
                 used.eq(self.disparities > group),
                 masked.eq(cost | Replicate(~used, bits)),
@@ -59,8 +59,8 @@ class Winner(LiteXModule):
         while len(candidates) > 1:
             winners = []
             for (low_cost, low_index), (high_cost, high_index) in zip(candidates[0::2], candidates[1::2]):
-                cost  = Signal(len(low_cost))
-                index = Signal(bits_for(high_index) if isinstance(high_index, int) else len(high_index))
+                cost  = Signal(len(low_cost), reset_less=True)
+                index = Signal(bits_for(high_index) if isinstance(high_index, int) else len(high_index), reset_less=True)
                 # <, not <=: that would be an equality besides.
                 self.sync += If(low_cost < high_cost,
                     cost.eq(low_cost),
