@@ -7,11 +7,11 @@
 #include "litestereo/console.h"
 
 #include <stdarg.h>
-#include <stdio.h>
 #include <string.h>
 
 #include "commands.h"
 #include "litestereo/platform.h"
+#include "litestereo/print.h"
 
 #define PROMPT "litestereo> "
 
@@ -41,28 +41,11 @@ static const struct {
 
 void console_printf(console_t *console, const char *format, ...)
 {
-    char    text[200];
     va_list arguments;
-    int     length;
-    char   *line = text;
 
     va_start(arguments, format);
-    length = vsnprintf(text, sizeof(text), format, arguments);
+    print_to(console->write, console->context, format, arguments);
     va_end(arguments);
-    if (length < 0) {
-        return;
-    }
-    for (;;) {
-        char *end = strchr(line, '\n');
-
-        if (end == NULL) {
-            break;
-        }
-        console->write(console->context, (const uint8_t *)line, (size_t)(end - line));
-        console->write(console->context, (const uint8_t *)"\r\n", 2);
-        line = end + 1;
-    }
-    console->write(console->context, (const uint8_t *)line, strlen(line));
 }
 
 static bool command_help(console_t *console, char **argv)

@@ -153,8 +153,8 @@ void matcher_poll(matcher_t *matcher, uint64_t clock)
     if (frame_pool_matching(matcher->pool) == NULL) {
         begin_next(matcher, clock);
     }
-    matcher->counters->value[COUNTER_MATCHER_INTERRUPTS] = matcher->stereo->interrupts;
-    matcher->counters->value[COUNTER_MATCHER_TIMEOUTS]   = matcher->stereo->timeouts;
+    matcher->counters->value[COUNTER_MATCHER_INTERRUPTS] = matcher->stereo->statistics.interrupts;
+    matcher->counters->value[COUNTER_MATCHER_TIMEOUTS]   = matcher->stereo->statistics.timeouts;
 }
 
 void matcher_stop(matcher_t *matcher, frame_t *frame)
