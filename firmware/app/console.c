@@ -12,6 +12,8 @@
 #include "commands.h"
 #include "litestereo/platform.h"
 #include "litestereo/print.h"
+#include "litestereo/reset.h"
+#include "litestereo/watchdog.h"
 
 #define PROMPT "litestereo> "
 
@@ -21,6 +23,7 @@
 static bool command_help(console_t *console, char **argv);
 static bool command_info(console_t *console, char **argv);
 static bool command_stats(console_t *console, char **argv);
+static bool command_reset(console_t *console, char **argv);
 
 static const struct {
     const char       *name;
@@ -32,6 +35,7 @@ static const struct {
     {"help",     1, "",              "show the commands",                  command_help},
     {"info",     1, "",              "show what the device can do",        command_info},
     {"stats",    1, "",              "show the counters",                  command_stats},
+    {"reset",    1, "",              "begin anew",                         command_reset},
     {"selftest", 1, "",              "compare accelerator and CPU",        command_selftest},
     {"bench",     6, FRAME_ARGUMENTS, "match a fixed pattern",             command_bench},
     {"cpu_bench", 6, FRAME_ARGUMENTS, "match it on the CPU",               command_cpu_bench},
@@ -89,11 +93,26 @@ static bool command_info(console_t *console, char **argv)
 
 static bool command_stats(console_t *console, char **argv)
 {
+    const stereo_statistics_t *matcher = &console->matcher->stereo->statistics;
+
     (void)argv;
     session_look(console->session, clock_now());
     for (unsigned i = 0; i < COUNTERS; i++) {
         console_printf(console, "%s: %u\n", counter_name(i), (unsigned)console->counters->value[i]);
     }
+    console_printf(console, "matcher: %u submitted, %u refused, %u done\n", (unsigned)matcher->submitted,
+        (unsigned)matcher->refused, (unsigned)matcher->done);
+    console_printf(console, "matcher errors: %u config, %u bus, %u aborted, %u timeouts, %u stuck, %u lost interrupts\n",
+        (unsigned)matcher->config_errors, (unsigned)matcher->bus_errors, (unsigned)matcher->aborted,
+        (unsigned)matcher->timeouts, (unsigned)matcher->stuck, (unsigned)matcher->lost_interrupts);
+    return true;
+}
+
+static bool command_reset(console_t *console, char **argv)
+{
+    (void)console;
+    (void)argv;
+    reset_now(RESET_REQUESTED, 0, 0);
     return true;
 }
 
@@ -123,7 +142,13 @@ static void run_line(console_t *console)
     count(console->counters, COUNTER_CONSOLE_LINES);
     for (size_t i = 0; i < COMMANDS; i++) {
         if (strcmp(argv[0], commands[i].name) == 0) {
-            if (argc != commands[i].words || !commands[i].run(console, argv)) {
+            bool done;
+
+            /* Somebody waits for it, and how long it takes is theirs to choose. */
+            watchdog_pause();
+            done = argc == commands[i].words && commands[i].run(console, argv);
+            watchdog_resume();
+            if (!done) {
                 console_printf(console, "usage: %s%s\n", commands[i].name, commands[i].arguments);
             }
             return;

@@ -5,13 +5,30 @@
  */
 
 #include "app.h"
+
+#include <stdio.h>
+
 #include "litestereo/platform.h"
+#include "litestereo/watchdog.h"
+
+/* A turn of the main loop takes milliseconds, the longest wait in one is that for a line that does not move. */
+#define WATCHDOG_S 5u
 
 static app_t app;
 
 static void handle_interrupt(void)
 {
     stereo_isr(&app.stereo);
+}
+
+static void handle_watchdog(void)
+{
+    uint32_t place = platform_interrupted_at();
+    char     text[60];
+
+    snprintf(text, sizeof(text), "\r\nwatchdog: stuck at 0x%08x, reset\r\n", (unsigned)place);
+    serial_say(text);
+    reset_now(RESET_WATCHDOG, place, 0);
 }
 
 int main(void)
@@ -21,6 +38,8 @@ int main(void)
         }
     }
     platform_attach_stereo(handle_interrupt);
+    platform_attach_watchdog(handle_watchdog);
+    watchdog_start(WATCHDOG_S * clock_hz());
     for (;;) {
         app_poll(&app);
     }

@@ -63,6 +63,22 @@ void platform_attach_stereo(void (*handler)(void))
     irq_setie(1);
 }
 
+void platform_attach_watchdog(void (*handler)(void))
+{
+#ifdef WATCHDOG0_INTERRUPT
+    irq_attach(WATCHDOG0_INTERRUPT, handler);
+    irq_setmask(irq_getmask() | 1u << WATCHDOG0_INTERRUPT);
+    irq_setie(1);
+#else
+    (void)handler;
+#endif
+}
+
+uint32_t platform_interrupted_at(void)
+{
+    return (uint32_t)csrr(mepc);
+}
+
 void *platform_frame_memory(size_t *size)
 {
     *size = MAIN_RAM_BASE + MAIN_RAM_SIZE - (uintptr_t)_end;

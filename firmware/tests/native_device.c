@@ -102,6 +102,25 @@ static void handle_interrupt(void)
     stereo_isr(&device.app.stereo);
 }
 
+/* Resets. */
+
+void reset_begin(reset_report_t *report)
+{
+    *report = (reset_report_t){0};
+}
+
+void reset_now(reset_cause_t cause, uint32_t place, uint16_t line)
+{
+    fprintf(stderr, "native_device: the firmware resets the SoC: cause %d, at 0x%x, line %u\n", (int)cause, place, line);
+    exit(1);
+}
+
+const char *reset_cause_name(reset_cause_t cause)
+{
+    (void)cause;
+    return "";
+}
+
 /* UDP. */
 
 static bool is_matching(void)

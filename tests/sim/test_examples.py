@@ -15,6 +15,7 @@ import zlib
 import numpy as np
 import pytest
 
+from litestereo.firmware import FIRMWARE_DIR
 from litestereo.sim.build import SimulationError, examples
 from litestereo.sim.example import run_example
 from litestereo.sim.stereobm import StereoSettings, stereo_bm
@@ -78,9 +79,27 @@ def test_throughput():
                              f"{10**6//clocks} frames per second")
 
 
+def test_recovery():
+    """A condition that does not hold, a program that hangs, and one that is deaf as well: each start says what was."""
+    program = (FIRMWARE_DIR / "examples" / "recovery.c").read_text().splitlines()
+    ensured = 1 + next(index for index, line in enumerate(program) if "ENSURE(" in line)
+    lines   = list(run_example("recovery"))
+    assert lines.pop(1) == ""
+    assert lines.pop(1) == f"examples/recovery.c:{ensured}: ensure failed, reset"
+    wanted = r"recovery: start (\d), ([a-z-]+), place 0x([0-9a-f]{8}), line (\d+), hang at 0x([0-9a-f]{8})"
+    starts = [re.fullmatch(wanted, line) for line in lines]
+    assert [(int(start[1]), start[2], int(start[4])) for start in starts] == [
+        (0, "power-up", 0), (1, "ensure", ensured), (2, "watchdog", 0), (3, "unknown", 0)]
+    places = [int(start[3], 16) for start in starts]
+    hang   = int(starts[0][5], 16)
+    assert places[0] == places[3] == 0
+    assert places[1] >> 24 == 0x40
+    assert hang <= places[2] < hang + 64
+
+
 def test_unknown_example():
     """It is refused before anything is built."""
-    assert examples() == ["hello_disparity", "obstacle", "throughput"]
+    assert examples() == ["hello_disparity", "obstacle", "recovery", "throughput"]
     with pytest.raises(SimulationError, match="^unknown example 'core': choose one of hello_disparity, "):
         next(run_example("core"))
     done = subprocess.run([sys.executable, "-m", "litestereo.sim.example", "core"], capture_output=True, text=True,

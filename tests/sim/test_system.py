@@ -204,6 +204,16 @@ def check_serial_line(simulation):
 
 
 @pytest.mark.xdist_group("integrated-ram")
+def test_reset(simulation, url):
+    """A reset in mid-session: the firmware says why it began anew, and both links work again."""
+    with connect(url) as device:
+        assert re.search(r"reset \d+ since power-up: requested", device.console("reset"))
+        assert "matcher errors: 0 config, 0 bus, 0 aborted, 0 timeouts, 0 stuck" in device.console("stats")
+    check_small_frame(url)
+    check_small_frame(f"udp://127.0.0.1:{simulation.udp_port}")
+
+
+@pytest.mark.xdist_group("integrated-ram")
 def test_port_in_use(port):
     """One clear line, from the function and from the command."""
     with pytest.raises(SimulationError, match=f"^port {port} is in use"):
