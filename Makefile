@@ -37,7 +37,7 @@ test: install ## Run all tests, the linters first
 sim: install ## Run the full system in simulation: udp://127.0.0.1:UDP_PORT, and its UART on tcp://127.0.0.1:PORT
 	@$(PYTHON) -m litestereo.sim.serve --port $(PORT) --udp-port $(UDP_PORT) --ram $(RAM)
 
-example: install ## Run a program of firmware/examples in simulation: NAME=hello_disparity, obstacle or throughput
+example: install ## Run a program of firmware/examples in simulation: NAME=hello_disparity, obstacle, throughput or recovery
 	@$(PYTHON) -m litestereo.sim.example $(NAME)
 
 bench: install ## Measure clocks, print a table and write build/bench.json

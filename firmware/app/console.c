@@ -65,6 +65,8 @@ static bool command_info(console_t *console, char **argv)
 {
     const device_info_t *info = console->info;
     const frame_pool_t  *pool = console->matcher->pool;
+    size_t               stack;
+    size_t               used = platform_stack_used(&stack);
 
     (void)argv;
     console_printf(console, "name: %s\n", info->name);
@@ -82,6 +84,7 @@ static bool command_info(console_t *console, char **argv)
     console_printf(console, "block size: %u to %u\n", info->limits.min_block_size, info->limits.max_block_size);
     console_printf(console, "frames: %u slots of %u pixels, at most %u wide\n", pool->slots,
         (unsigned)pool->max_pixels, info->max_width);
+    console_printf(console, "stack: %u of %u bytes used so far\n", (unsigned)used, (unsigned)stack);
     if (console->session->transfer != NULL) {
         console_printf(console, "udp: %u.%u.%u.%u port %u\n", (unsigned)(info->address >> 24),
             (unsigned)(info->address >> 16 & 0xff), (unsigned)(info->address >> 8 & 0xff),

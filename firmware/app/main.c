@@ -33,6 +33,7 @@ static void handle_watchdog(void)
 
 int main(void)
 {
+    platform_stack_mark();
     if (app_init(&app) != STATUS_OK) {
         for (;;) {
         }

@@ -92,6 +92,12 @@ void uart_rxtx_write(uint32_t value)
     }
 }
 
+size_t platform_stack_used(size_t *size)
+{
+    *size = 4096;
+    return 1000;
+}
+
 void *platform_frame_memory(size_t *size)
 {
     *size = MEMORY_SIZE;

@@ -86,6 +86,12 @@ void memory_from_device(void)
 {
 }
 
+size_t platform_stack_used(size_t *size)
+{
+    *size = 4096;
+    return 1000;
+}
+
 void *platform_frame_memory(size_t *size)
 {
     *size = device.memory_size;

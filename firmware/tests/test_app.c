@@ -33,6 +33,7 @@ static void test_console(void)
     }
     REQUIRE(strcmp(type("\r"), "") == 0);
     REQUIRE_TYPE("info\r", "clock: 1000000 Hz");
+    REQUIRE_TYPE("info\r", "stack: 1000 of 4096 bytes used so far\r\n");
 }
 
 static void test_bench(void)

@@ -37,6 +37,12 @@ void platform_attach_watchdog(void (*handler)(void));
 /** In an interrupt: the address at which the program was. */
 uint32_t platform_interrupted_at(void);
 
+/** Marks the stack as far as nobody uses it, for platform_stack_used; to be called first of all, interrupts off. */
+void platform_stack_mark(void);
+
+/** Most bytes of the stack that have been in use since it was marked; writes to `size` what it has. */
+size_t platform_stack_used(size_t *size);
+
 /** Memory between the program and the end of main RAM; writes its size in bytes to `size`. */
 void *platform_frame_memory(size_t *size);
 
