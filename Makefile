@@ -10,6 +10,8 @@ UDP_PORT ?= 19539
 RAM      ?= integrated-ram
 # Board of `make bitstream`, `load` and `flash`: one of `make boards`.
 BOARD ?= colorlight_i5
+# Program of `make example`.
+NAME ?= hello_disparity
 # What `make test` runs, and how many of the tests at once.
 TESTS ?= tests
 JOBS  ?= 2
@@ -34,6 +36,9 @@ test: install ## Run all tests, the linters first
 
 sim: install ## Run the full system in simulation: udp://127.0.0.1:UDP_PORT, and its UART on tcp://127.0.0.1:PORT
 	@$(PYTHON) -m litestereo.sim.serve --port $(PORT) --udp-port $(UDP_PORT) --ram $(RAM)
+
+example: install ## Run a program of firmware/examples in simulation: NAME=hello_disparity, obstacle, throughput or recovery
+	@$(PYTHON) -m litestereo.sim.example $(NAME)
 
 bench: install ## Measure clocks, print a table and write build/bench.json
 	@$(PYTHON) -m litestereo.sim.bench
@@ -91,5 +96,5 @@ lint: install ## Check style and types
 clean: ## Remove everything that was built, but not .venv
 	rm -rf build
 
-.PHONY: help install demo test sim bench resources network thesis boards bitstream load flash boards-sim \
+.PHONY: help install demo test sim example bench resources network thesis boards bitstream load flash boards-sim \
 	boards-check boards-doc sweep fuzz lint clean

@@ -87,9 +87,26 @@ def build_boot(soc: Path) -> Path:
     return _build_program(soc, FIRMWARE_DIR / "boot" / "Makefile", "boot") / "boot.bin"
 
 
-def _build_program(soc: Path, makefile: Path, name: str) -> Path:
+def examples() -> list[str]:
+    """Names of the programs in `firmware/examples`."""
+    return sorted(path.stem for path in (FIRMWARE_DIR / "examples").glob("*.c"))
+
+
+def build_example(soc: Path, name: str) -> Path:
+    """Build one of `examples` for a SoC that `build_soc` built; return the path of its binary.
+
+    Raises
+    ------
+    SimulationError
+        The build failed.
+    """
+    return _build_program(soc, FIRMWARE_DIR / "Makefile", name, f"APP=examples/{name}.c") / f"{name}.bin"
+
+
+def _build_program(soc: Path, makefile: Path, name: str, *arguments: str) -> Path:
     def build(folder: Path) -> None:
-        _run(["make", "-C", str(folder), "-f", str(makefile), f"BUILD_DIR={soc}"], folder, f"the program {name}")
+        _run(["make", "-C", str(folder), "-f", str(makefile), f"BUILD_DIR={soc}", *arguments], folder,
+             f"the program {name}")
 
     key = content_key([soc.name, source_key(FIRMWARE_DIR)])
     return built_once(build_directory() / name / f"{soc.name}-{key}", build)

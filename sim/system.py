@@ -22,7 +22,7 @@ from pathlib import Path
 from types import TracebackType
 
 from ..soc.boards import BOARDS
-from .build import SimulationError, build_boot, build_firmware, build_soc
+from .build import SimulationError, build_boot, build_example, build_firmware, build_soc, examples
 from .paths import build_directory
 
 PROMPT = b"litestereo> "
@@ -73,8 +73,8 @@ class Simulation:
 
 
 def start_simulation(ram: str = "integrated-ram", port: int = 0, udp_port: int = 0, wire: str = "socket",
-                     byte_clock_hz: int = SYS_CLK_HZ, capture: Path | None = None,
-                     timeout_s: float = 300.0) -> Simulation:
+                     byte_clock_hz: int = SYS_CLK_HZ, capture: Path | None = None, timeout_s: float = 300.0,
+                     example: str | None = None) -> Simulation:
     """Build what is missing, start the simulation and wait for the firmware's prompt.
 
     Parameters
@@ -93,6 +93,8 @@ def start_simulation(ram: str = "integrated-ram", port: int = 0, udp_port: int =
         File for all frames on the wire, for Wireshark or `read_capture`; of the wire `socket` only.
     timeout_s
         Longest wait for the prompt, in seconds.
+    example
+        One of `build.examples` in place of our firmware; there is no prompt to wait for then.
 
     Raises
     ------
@@ -101,8 +103,10 @@ def start_simulation(ram: str = "integrated-ram", port: int = 0, udp_port: int =
     """
     if wire not in WIRES:
         raise SimulationError(f"unknown wire {wire!r}: choose one of {', '.join(WIRES)}")
+    if example and example not in examples():
+        raise SimulationError(f"unknown example {example!r}: choose one of {', '.join(examples())}")
     soc      = build_soc(ram)
-    firmware = build_firmware(soc).read_bytes()
+    firmware = (build_example(soc, example) if example else build_firmware(soc)).read_bytes()
     runs     = build_directory() / "run"
     runs.mkdir(parents=True, exist_ok=True)
     folder   = Path(tempfile.mkdtemp(prefix=f"{ram}-", dir=runs))
@@ -122,7 +126,8 @@ def start_simulation(ram: str = "integrated-ram", port: int = 0, udp_port: int =
         simulation.port = _listening_port(simulation, "serial2socket", port, deadline)
         if wire == "socket":
             simulation.udp_port = _listening_port(simulation, "ethernet2socket", udp_port, deadline)
-        _wait_for_prompt(simulation, deadline)
+        if not example:
+            _wait_for_prompt(simulation, deadline)
     except BaseException:
         simulation.close()
         raise

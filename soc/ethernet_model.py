@@ -16,7 +16,8 @@ from liteeth.common import eth_phy_description
 class EthernetPHYModel(LiteXModule):
     """PHY of the simulation: a byte per clock of the wire, without preamble and CRC; a frame is a run of valid bytes.
 
-    As LiteEthPHYModel, but on a clock of its own, as a real wire has.
+    As LiteEthPHYModel, but on a clock of its own, as a real wire has. The reset of `sys` holds both sides of the crossings,
+    as it has to.
     """
     dw                = 8
     with_preamble_crc = False
@@ -24,14 +25,16 @@ class EthernetPHYModel(LiteXModule):
     def __init__(self, clock, pads):
         self.sink   = sink   = stream.Endpoint(eth_phy_description(8))
         self.source = source = stream.Endpoint(eth_phy_description(8))
-        self.cd_eth_rx = ClockDomain(reset_less=True)
-        self.cd_eth_tx = ClockDomain(reset_less=True)
+        self.cd_eth_rx = ClockDomain()
+        self.cd_eth_tx = ClockDomain()
 
         # # #
 
         self.comb += [
             self.cd_eth_rx.clk.eq(clock),
             self.cd_eth_tx.clk.eq(clock),
+            self.cd_eth_rx.rst.eq(ResetSignal("sys")),
+            self.cd_eth_tx.rst.eq(ResetSignal("sys")),
             pads.source_valid.eq(sink.valid),
             pads.source_data.eq(sink.data),
             sink.ready.eq(1),

@@ -13,6 +13,8 @@ import sys
 
 from migen import *
 
+from litex.gen import *
+
 from litex.build.generic_platform import Pins, Subsignal
 from litex.build.sim              import SimPlatform
 from litex.build.sim.config       import SimConfig
@@ -22,8 +24,6 @@ from litex.soc.integration.soc    import SoCRegion
 from litedram.core.controller import ControllerSettings
 from litedram.modules         import M12L64322A
 from litedram.phy.model       import SDRAMPHYModel
-
-from migen.genlib.io import CRG
 
 from .ethernet_model import EthernetPHYModel
 from .stereo_soc     import StereoSoC
@@ -37,6 +37,7 @@ LIBRARIES = ["libc", "libcompiler_rt", "libbase"]
 
 # One simulated second is a million clocks: the firmware's time-outs, in seconds, then fit the simulation's pace.
 SYS_CLK_FREQ = int(1e6)
+RESET_CLOCKS = 64
 
 # Pads of a stream of bytes each way, as litex_sim's modules know them.
 BYTES = [Subsignal(f"{side}_{name}", Pins(bits)) for side in ("source", "sink")
@@ -50,6 +51,25 @@ IO = [
     ("eth",     0, *BYTES),
 ]
 
+# Clock --------------------------------------------------------------------------------------------
+
+class SimulatedCRG(LiteXModule):
+    """The clock of the simulator, with a reset at power-up and on `rst`, long enough for the clock of the wire to see it."""
+    def __init__(self, clk):
+        self.rst    = Signal() # From the SoC's reset register and its watchdog.
+        self.cd_sys = ClockDomain()
+        self.cd_por = ClockDomain(reset_less=True)
+
+        # # #
+
+        count = Signal(max=RESET_CLOCKS, reset=RESET_CLOCKS - 1)
+        self.sync.por += If(self.rst, count.eq(RESET_CLOCKS - 1)).Elif(count != 0, count.eq(count - 1))
+        self.comb += [
+            self.cd_sys.clk.eq(clk),
+            self.cd_por.clk.eq(clk),
+            self.cd_sys.rst.eq(count != 0),
+        ]
+
 # Simulated SoCs -----------------------------------------------------------------------------------
 
 class SimulatedSoC(StereoSoC):
@@ -59,7 +79,7 @@ class SimulatedSoC(StereoSoC):
         self.comb += self.platform.trace.eq(0)
 
     def add_clocking(self, platform, sys_clk_freq):
-        self.crg = CRG(platform.request("sys_clk"))
+        self.crg = SimulatedCRG(platform.request("sys_clk"))
 
     def add_link(self):
         self.ethphy = EthernetPHYModel(self.platform.request("eth_clk"), self.platform.request("eth"))

@@ -12,6 +12,7 @@ from litex.soc.integration.soc_core import SoCCore
 from ..gateware.parameters import FEATURES
 from .add_frame_link       import FrameLinkMixin
 from .add_stereo           import StereoMixin
+from .reset_record         import ResetRecord
 
 # Stereo SoC ---------------------------------------------------------------------------------------
 
@@ -36,12 +37,15 @@ class StereoSoC(StereoMixin, FrameLinkMixin, SoCCore):
     def __init__(self, platform, sys_clk_freq, max_width=640, disparities=64, max_block_size=9, features=FEATURES,
         burst_bytes=128, name="litestereo", **kwargs):
         soc_kwargs = dict(
-            ident           = f"LiteStereo on {name}",
-            cpu_type        = "vexriscv",
-            cpu_variant     = "standard",
-            timer_uptime    = True,
+            ident        = f"LiteStereo on {name}",
+            cpu_type     = "vexriscv",
+            cpu_variant  = "standard",
+            timer_uptime = True,
             # The firmware polls: deep enough for what arrives while it does something else.
             uart_fifo_depth = 256,
+            # Resets the SoC if the firmware does not come round any more; until then it has time to say so.
+            with_watchdog        = True,
+            watchdog_reset_delay = sys_clk_freq//20,
         )
         soc_kwargs.update(kwargs)
         self.add_clocking(platform, sys_clk_freq)
@@ -49,8 +53,9 @@ class StereoSoC(StereoMixin, FrameLinkMixin, SoCCore):
         self.add_constant("LITESTEREO_NAME", name)
         self.add_constant("UART_RX_FIFO_DEPTH", soc_kwargs["uart_fifo_depth"])
         self.add_constant("UART_TX_FIFO_DEPTH", soc_kwargs["uart_fifo_depth"])
-        self.burst_bytes = burst_bytes
-        self.memory      = memory = self.add_main_memory()
+        self.reset_record = ResetRecord()
+        self.burst_bytes  = burst_bytes
+        self.memory       = memory = self.add_main_memory()
         self.add_stereo(
             max_width      = max_width,
             disparities    = disparities,

@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "litestereo/platform.h"
+#include "litestereo/watchdog.h"
 
 #define FIRMWARE_VERSION 0x0001u  /* Major x 256 + minor. */
 
@@ -18,6 +19,8 @@
 static void write_line(void *context, const uint8_t *bytes, size_t length)
 {
     serial_send(context, bytes, length);
+    /* A slow line takes its time for a long text, but each piece of it is bounded. */
+    watchdog_feed();
 }
 
 static void type_on_console(void *context, const uint8_t *bytes, size_t length)
@@ -64,6 +67,16 @@ static void start_udp(app_t *app)
     }
 }
 
+static void report_reset(app_t *app)
+{
+    const reset_report_t *reset = &app->reset;
+
+    if (reset->cause != RESET_POWER_UP) {
+        console_printf(&app->console, "\nreset %u since power-up: %s, at 0x%08x, line %u\n", reset->resets,
+            reset_cause_name(reset->cause), (unsigned)reset->place, reset->line);
+    }
+}
+
 status_t app_init(app_t *app)
 {
     size_t   size;
@@ -71,6 +84,7 @@ status_t app_init(app_t *app)
     status_t status;
 
     memset(app, 0, sizeof(*app));
+    reset_begin(&app->reset);
     app->matcher = (matcher_t){.stereo = &app->stereo, .pool = &app->pool, .counters = &app->counters};
     app->console = (console_t){
         .info     = &app->info,
@@ -99,8 +113,20 @@ status_t app_init(app_t *app)
     app->link.console         = type_on_console;
     app->link.console_context = &app->console;
     start_udp(app);
+    report_reset(app);
     console_start(&app->console);
     return STATUS_OK;
+}
+
+/* A matcher that does not stop when it has to gets another chance; then only a reset helps. */
+static void recover(app_t *app)
+{
+    if (app->stereo.statistics.stuck != app->stuck) {
+        if (stereo_abort(&app->stereo) != STATUS_OK) {
+            reset_now(RESET_MATCHER, 0, 0);
+        }
+        app->stuck = app->stereo.statistics.stuck;
+    }
 }
 
 void app_poll(app_t *app)
@@ -119,4 +145,6 @@ void app_poll(app_t *app)
     }
     session_poll(&app->session, clock);
     matcher_poll(&app->matcher, clock);
+    recover(app);
+    watchdog_feed();
 }

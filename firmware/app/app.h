@@ -11,12 +11,15 @@
 #include "litestereo/console.h"
 #include "litestereo/frame_link.h"
 #include "litestereo/matcher.h"
+#include "litestereo/reset.h"
 #include "litestereo/serial.h"
 #include "litestereo/serial_link.h"
 
 /** The whole firmware: drivers, frames, session, link and console, and how they hang together. */
 typedef struct {
+    reset_report_t reset;    /**< Why the SoC began anew. */
     stereo_t      stereo;    /**< The accelerator. */
+    uint32_t      stuck;     /**< Times that it did not stop, as of the last look. */
     serial_t      serial;    /**< The line. */
     frame_pool_t  pool;      /**< Frames. */
     counters_t    counters;  /**< What is counted. */

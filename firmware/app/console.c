@@ -7,11 +7,13 @@
 #include "litestereo/console.h"
 
 #include <stdarg.h>
-#include <stdio.h>
 #include <string.h>
 
 #include "commands.h"
 #include "litestereo/platform.h"
+#include "litestereo/print.h"
+#include "litestereo/reset.h"
+#include "litestereo/watchdog.h"
 
 #define PROMPT "litestereo> "
 
@@ -21,6 +23,7 @@
 static bool command_help(console_t *console, char **argv);
 static bool command_info(console_t *console, char **argv);
 static bool command_stats(console_t *console, char **argv);
+static bool command_reset(console_t *console, char **argv);
 
 static const struct {
     const char       *name;
@@ -32,6 +35,7 @@ static const struct {
     {"help",     1, "",              "show the commands",                  command_help},
     {"info",     1, "",              "show what the device can do",        command_info},
     {"stats",    1, "",              "show the counters",                  command_stats},
+    {"reset",    1, "",              "begin anew",                         command_reset},
     {"selftest", 1, "",              "compare accelerator and CPU",        command_selftest},
     {"bench",     6, FRAME_ARGUMENTS, "match a fixed pattern",             command_bench},
     {"cpu_bench", 6, FRAME_ARGUMENTS, "match it on the CPU",               command_cpu_bench},
@@ -41,28 +45,11 @@ static const struct {
 
 void console_printf(console_t *console, const char *format, ...)
 {
-    char    text[200];
     va_list arguments;
-    int     length;
-    char   *line = text;
 
     va_start(arguments, format);
-    length = vsnprintf(text, sizeof(text), format, arguments);
+    print_to(console->write, console->context, format, arguments);
     va_end(arguments);
-    if (length < 0) {
-        return;
-    }
-    for (;;) {
-        char *end = strchr(line, '\n');
-
-        if (end == NULL) {
-            break;
-        }
-        console->write(console->context, (const uint8_t *)line, (size_t)(end - line));
-        console->write(console->context, (const uint8_t *)"\r\n", 2);
-        line = end + 1;
-    }
-    console->write(console->context, (const uint8_t *)line, strlen(line));
 }
 
 static bool command_help(console_t *console, char **argv)
@@ -78,6 +65,8 @@ static bool command_info(console_t *console, char **argv)
 {
     const device_info_t *info = console->info;
     const frame_pool_t  *pool = console->matcher->pool;
+    size_t               stack;
+    size_t               used = platform_stack_used(&stack);
 
     (void)argv;
     console_printf(console, "name: %s\n", info->name);
@@ -95,6 +84,7 @@ static bool command_info(console_t *console, char **argv)
     console_printf(console, "block size: %u to %u\n", info->limits.min_block_size, info->limits.max_block_size);
     console_printf(console, "frames: %u slots of %u pixels, at most %u wide\n", pool->slots,
         (unsigned)pool->max_pixels, info->max_width);
+    console_printf(console, "stack: %u of %u bytes used so far\n", (unsigned)used, (unsigned)stack);
     if (console->session->transfer != NULL) {
         console_printf(console, "udp: %u.%u.%u.%u port %u\n", (unsigned)(info->address >> 24),
             (unsigned)(info->address >> 16 & 0xff), (unsigned)(info->address >> 8 & 0xff),
@@ -106,11 +96,26 @@ static bool command_info(console_t *console, char **argv)
 
 static bool command_stats(console_t *console, char **argv)
 {
+    const stereo_statistics_t *matcher = &console->matcher->stereo->statistics;
+
     (void)argv;
     session_look(console->session, clock_now());
     for (unsigned i = 0; i < COUNTERS; i++) {
         console_printf(console, "%s: %u\n", counter_name(i), (unsigned)console->counters->value[i]);
     }
+    console_printf(console, "matcher: %u submitted, %u refused, %u done\n", (unsigned)matcher->submitted,
+        (unsigned)matcher->refused, (unsigned)matcher->done);
+    console_printf(console, "matcher errors: %u config, %u bus, %u aborted, %u timeouts, %u stuck, %u lost interrupts\n",
+        (unsigned)matcher->config_errors, (unsigned)matcher->bus_errors, (unsigned)matcher->aborted,
+        (unsigned)matcher->timeouts, (unsigned)matcher->stuck, (unsigned)matcher->lost_interrupts);
+    return true;
+}
+
+static bool command_reset(console_t *console, char **argv)
+{
+    (void)console;
+    (void)argv;
+    reset_now(RESET_REQUESTED, 0, 0);
     return true;
 }
 
@@ -140,7 +145,13 @@ static void run_line(console_t *console)
     count(console->counters, COUNTER_CONSOLE_LINES);
     for (size_t i = 0; i < COMMANDS; i++) {
         if (strcmp(argv[0], commands[i].name) == 0) {
-            if (argc != commands[i].words || !commands[i].run(console, argv)) {
+            bool done;
+
+            /* Somebody waits for it, and how long it takes is theirs to choose. */
+            watchdog_pause();
+            done = argc == commands[i].words && commands[i].run(console, argv);
+            watchdog_resume();
+            if (!done) {
                 console_printf(console, "usage: %s%s\n", commands[i].name, commands[i].arguments);
             }
             return;

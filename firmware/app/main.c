@@ -5,7 +5,14 @@
  */
 
 #include "app.h"
+
+#include <stdio.h>
+
 #include "litestereo/platform.h"
+#include "litestereo/watchdog.h"
+
+/* A turn of the main loop takes milliseconds, the longest wait in one is that for a line that does not move. */
+#define WATCHDOG_S 5u
 
 static app_t app;
 
@@ -14,13 +21,26 @@ static void handle_interrupt(void)
     stereo_isr(&app.stereo);
 }
 
+static void handle_watchdog(void)
+{
+    uint32_t place = platform_interrupted_at();
+    char     text[60];
+
+    snprintf(text, sizeof(text), "\r\nwatchdog: stuck at 0x%08x, reset\r\n", (unsigned)place);
+    serial_say(text);
+    reset_now(RESET_WATCHDOG, place, 0);
+}
+
 int main(void)
 {
+    platform_stack_mark();
     if (app_init(&app) != STATUS_OK) {
         for (;;) {
         }
     }
     platform_attach_stereo(handle_interrupt);
+    platform_attach_watchdog(handle_watchdog);
+    watchdog_start(WATCHDOG_S * clock_hz());
     for (;;) {
         app_poll(&app);
     }

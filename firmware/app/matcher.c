@@ -8,6 +8,7 @@
 
 #include <stddef.h>
 
+#include "litestereo/ensure.h"
 #include "litestereo/platform.h"
 
 _Static_assert(FRAME_ALIGNMENT % STEREO_MAX_ALIGNMENT == 0, "slots must suit the DMA");
@@ -26,7 +27,7 @@ stereo_job_t matcher_job(const frame_t *frame)
 
 static void finish(matcher_t *matcher, frame_t *frame, const frame_result_t *result)
 {
-    frame_finish(frame, result);
+    ENSURE(frame_finish(frame, result) == STATUS_OK);
     count(matcher->counters, result->error == ERROR_NONE ? COUNTER_FRAMES_MATCHED : COUNTER_FRAMES_FAILED);
 }
 
@@ -108,7 +109,7 @@ static status_t begin(matcher_t *matcher, frame_t *frame, uint64_t clock)
     if (matcher->held) {
         return STATUS_OK;
     }
-    frame_pool_begin(matcher->pool, frame);
+    ENSURE(frame_pool_begin(matcher->pool, frame) == STATUS_OK);
     if (status == STATUS_OK) {
         status = stereo_submit(matcher->stereo, &job, clock);
     }
@@ -153,8 +154,8 @@ void matcher_poll(matcher_t *matcher, uint64_t clock)
     if (frame_pool_matching(matcher->pool) == NULL) {
         begin_next(matcher, clock);
     }
-    matcher->counters->value[COUNTER_MATCHER_INTERRUPTS] = matcher->stereo->interrupts;
-    matcher->counters->value[COUNTER_MATCHER_TIMEOUTS]   = matcher->stereo->timeouts;
+    matcher->counters->value[COUNTER_MATCHER_INTERRUPTS] = matcher->stereo->statistics.interrupts;
+    matcher->counters->value[COUNTER_MATCHER_TIMEOUTS]   = matcher->stereo->statistics.timeouts;
 }
 
 void matcher_stop(matcher_t *matcher, frame_t *frame)

@@ -17,6 +17,13 @@
 /* First byte after the program, from the linker script. */
 extern uint8_t _end[];
 
+/* The stack, from the linker script: it grows down from _fstack. */
+extern uint32_t _stack_end[], _fstack[];
+
+/* What no function leaves on the stack by chance, and the words below the caller's that marking it needs itself. */
+#define STACK_MARK 0x5afe57acu
+#define STACK_SPARE 32
+
 uint64_t clock_now(void)
 {
     timer0_uptime_latch_write(1);
@@ -61,6 +68,42 @@ void platform_attach_stereo(void (*handler)(void))
     irq_attach(STEREO_INTERRUPT, handler);
     irq_setmask(1u << STEREO_INTERRUPT);
     irq_setie(1);
+}
+
+void platform_attach_watchdog(void (*handler)(void))
+{
+#ifdef WATCHDOG0_INTERRUPT
+    irq_attach(WATCHDOG0_INTERRUPT, handler);
+    irq_setmask(irq_getmask() | 1u << WATCHDOG0_INTERRUPT);
+    irq_setie(1);
+#else
+    (void)handler;
+#endif
+}
+
+uint32_t platform_interrupted_at(void)
+{
+    return (uint32_t)csrr(mepc);
+}
+
+void platform_stack_mark(void)
+{
+    volatile uint32_t *end = (volatile uint32_t *)__builtin_frame_address(0) - STACK_SPARE;
+
+    for (volatile uint32_t *word = _stack_end; word < end; word++) {
+        *word = STACK_MARK;
+    }
+}
+
+size_t platform_stack_used(size_t *size)
+{
+    const volatile uint32_t *word = _stack_end;
+
+    while (word < _fstack && *word == STACK_MARK) {
+        word++;
+    }
+    *size = (uintptr_t)_fstack - (uintptr_t)_stack_end;
+    return (uintptr_t)_fstack - (uintptr_t)word;
 }
 
 void *platform_frame_memory(size_t *size)

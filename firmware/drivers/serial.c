@@ -96,3 +96,18 @@ void serial_send(serial_t *serial, const uint8_t *bytes, size_t length)
         }
     }
 }
+
+void serial_say(const char *text)
+{
+    for (; *text != 0; text++) {
+        for (uint32_t polls = STALL_POLLS; uart_txfull_read(); polls--) {
+            if (polls == 0) {
+                return;
+            }
+        }
+        uart_rxtx_write((uint8_t)*text);
+    }
+    /* What is in the FIFO a reset would lose. */
+    for (uint32_t polls = STALL_POLLS; polls > 0 && !uart_txempty_read(); polls--) {
+    }
+}

@@ -8,49 +8,43 @@
 
 #include <stddef.h>
 
-#include "platform.h"
-
-#define CONTROL_START (1u << 0)
-#define CONTROL_ABORT (1u << 1)
-#define STATE_BUSY    (1u << 0)
-#define OPTION_XSOBEL   (1u << 0)
-#define OPTION_SUBPIXEL (1u << 1)
-#define OPTION_MEDIAN   (1u << 2)
-#define OPTION_STREAMED (1u << 3)
-#define NO_CHECK        255u  /* As disp12_max_diff. */
+#include "stereo_control.h"
 
 #define EVENT_DONE    (1u << 0)
 #define EVENT_ERROR   (1u << 1)
 
-/* The matcher takes a pixel per clock where memory keeps up. Sixteen clocks leave room for a slow and busy memory,
- * the rest for what a frame costs beside its pixels. */
-#define BUDGET_PER_PIXEL 16u
-#define BUDGET_PER_FRAME 100000u
-
 /* Clocks in which an abort has to come through: the longest burst, many times over. */
 #define ABORT_BUDGET 100000u
 
-static bool is_busy(void)
-{
-    return (stereo_status_read() & STATE_BUSY) != 0;
-}
-
-static stereo_error_t read_error(void)
-{
-    return (stereo_error_t)((stereo_status_read() >> 8) & 0xf);
-}
-
-static void clear_events(stereo_t *stereo)
+void stereo_clear_events(stereo_t *stereo)
 {
     stereo_ev_pending_write(EVENT_DONE | EVENT_ERROR);
     stereo->event = false;
+}
+
+status_t stereo_stop(stereo_t *stereo)
+{
+    uint64_t begin = clock_now();
+
+    stereo->busy = false;
+    while (stereo_is_busy()) {
+        /* Again and again, as the gateware does not listen while it checks the settings of a frame. */
+        stereo_control_write(CONTROL_ABORT);
+        if (clock_now() - begin > ABORT_BUDGET) {
+            stereo->statistics.stuck++;
+            return STATUS_TIMEOUT;
+        }
+    }
+    stereo_clear_events(stereo);
+    return STATUS_OK;
 }
 
 static bool capabilities_make_sense(const stereo_capabilities_t *can)
 {
     const stereo_limits_t *limits = &can->limits;
 
-    return can->max_width > 0 && limits->max_disparities >= 16 && limits->max_disparities % 16 == 0
+    return can->version >> 8 == STEREO_GATEWARE_VERSION >> 8 && can->version >= STEREO_GATEWARE_VERSION
+        && can->max_width > 0 && limits->max_disparities >= 16 && limits->max_disparities % 16 == 0
         && limits->min_block_size % 2 == 1 && limits->max_block_size % 2 == 1
         && limits->min_block_size <= limits->max_block_size
         && (limits->features & (STEREO_FEATURE_XSOBEL | STEREO_FEATURE_RAW)) != 0
@@ -83,157 +77,40 @@ status_t stereo_init(stereo_t *stereo)
     if (!capabilities_make_sense(&stereo->capabilities)) {
         return STATUS_UNSUPPORTED;
     }
-    status = stereo_abort(stereo);
+    status = stereo_stop(stereo);
     stereo_ev_enable_write(EVENT_DONE | EVENT_ERROR);
     return status;
 }
 
-static bool is_aligned(const stereo_t *stereo, const uint8_t *address)
+void stereo_on_end(stereo_t *stereo, stereo_handler_t handler, void *context)
 {
-    return address != NULL && (uintptr_t)address % stereo->capabilities.dma_alignment == 0;
-}
-
-stereo_field_t stereo_check(const stereo_t *stereo, const stereo_job_t *job)
-{
-    const stereo_capabilities_t *can      = &stereo->capabilities;
-    const stereo_settings_t     *settings = &job->settings;
-    stereo_field_t               bad;
-
-    if (!is_aligned(stereo, job->left)) {
-        return STEREO_FIELD_LEFT;
-    }
-    if (!is_aligned(stereo, job->right)) {
-        return STEREO_FIELD_RIGHT;
-    }
-    if (!is_aligned(stereo, job->map)) {
-        return STEREO_FIELD_MAP;
-    }
-    bad = stereo_settings_check(settings, &can->limits);
-    if (bad != STEREO_FIELD_NONE) {
-        return bad;
-    }
-    if (settings->width > can->max_width || settings->width < stereo_settings_min_width(settings)) {
-        return STEREO_FIELD_WIDTH;
-    }
-    if (settings->height > can->max_height || settings->height < settings->block_size) {
-        return STEREO_FIELD_HEIGHT;
-    }
-    return STEREO_FIELD_NONE;
-}
-
-/* The registers of the settings, which are taken over at the start of a frame. */
-static void write_settings(const stereo_job_t *job)
-{
-    const stereo_settings_t *settings = &job->settings;
-
-    stereo_width_write(settings->width);
-    stereo_height_write(settings->height);
-    stereo_disparities_write(settings->disparities);
-    stereo_block_size_write(settings->block_size);
-    stereo_min_disparity_write(settings->min_disparity);
-    stereo_prefilter_cap_write(settings->prefilter_cap);
-    stereo_texture_threshold_write(settings->texture_threshold);
-    stereo_uniqueness_ratio_write(settings->uniqueness_ratio);
-    stereo_disp12_max_diff_write(settings->disp12_max_diff < 0 ? NO_CHECK : (uint8_t)settings->disp12_max_diff);
-    stereo_options_write((settings->xsobel ? OPTION_XSOBEL : 0u) | (settings->subpixel ? OPTION_SUBPIXEL : 0u)
-        | (settings->median ? OPTION_MEDIAN : 0u) | (job->streamed ? OPTION_STREAMED : 0u));
-}
-
-uint64_t stereo_budget(const stereo_settings_t *settings)
-{
-    return BUDGET_PER_FRAME + (uint64_t)BUDGET_PER_PIXEL * settings->width * settings->height;
-}
-
-void stereo_allow(stereo_t *stereo, uint64_t clock, uint64_t budget)
-{
-    stereo->started = clock;
-    stereo->budget  = budget;
-}
-
-status_t stereo_submit(stereo_t *stereo, const stereo_job_t *job, uint64_t clock)
-{
-    if (stereo == NULL || job == NULL || stereo_check(stereo, job) != STEREO_FIELD_NONE) {
-        return STATUS_BAD_ARGUMENT;
-    }
-    /* The gateware may be busy with a job that the watchdog could not stop. */
-    if (stereo->busy || is_busy()) {
-        return STATUS_BUSY;
-    }
-    stereo_left_base_write((uint32_t)(uintptr_t)job->left);
-    stereo_right_base_write((uint32_t)(uintptr_t)job->right);
-    stereo_disparity_base_write((uint32_t)(uintptr_t)job->map);
-    write_settings(job);
-    clear_events(stereo);
-    memory_to_device();
-    stereo->busy = true;
-    stereo_allow(stereo, clock, stereo_budget(&job->settings));
-    stereo_control_write(CONTROL_START);
-    return STATUS_OK;
-}
-
-static status_t give_up(stereo_t *stereo, uint64_t clock, stereo_result_t *result)
-{
-    uint64_t waited = clock - stereo->started;
-
-    stereo->timeouts++;
-    stereo_abort(stereo);
-    result->error  = read_error();
-    result->clocks = waited < UINT32_MAX ? (uint32_t)waited : UINT32_MAX;
-    return STATUS_TIMEOUT;
-}
-
-status_t stereo_poll(stereo_t *stereo, uint64_t clock, stereo_result_t *result)
-{
-    bool late;
-
-    if (!stereo->busy) {
-        return STATUS_IDLE;
-    }
-    late = clock - stereo->started > stereo->budget;
-    if (!stereo->event && !late) {
-        return STATUS_BUSY;
-    }
-    *result = (stereo_result_t){0};
-    /* Late but not busy: the interrupt was lost, and the frame is there all the same. */
-    if (is_busy()) {
-        return late ? give_up(stereo, clock, result) : STATUS_BUSY;
-    }
-    stereo->busy  = false;
-    stereo->event = false;
-    result->error = read_error();
-    if (result->error != STEREO_ERROR_NONE) {
-        return STATUS_MATCHER;
-    }
-    result->clocks           = stereo_clocks_read();
-    result->first_row_clocks = stereo_first_row_clocks_read();
-    memory_from_device();
-    return STATUS_OK;
+    /* The interrupt may come between any two of them, and finds no handler with the context of another. */
+    stereo->handler = NULL;
+    stereo->context = context;
+    stereo->handler = handler;
 }
 
 status_t stereo_abort(stereo_t *stereo)
 {
-    uint64_t begin = clock_now();
-
-    stereo->busy = false;
-    while (is_busy()) {
-        /* Again and again, as the gateware does not listen while it checks the settings of a frame. */
-        stereo_control_write(CONTROL_ABORT);
-        if (clock_now() - begin > ABORT_BUDGET) {
-            return STATUS_TIMEOUT;
-        }
+    if (stereo->busy) {
+        stereo->statistics.aborted++;
     }
-    clear_events(stereo);
-    return STATUS_OK;
+    return stereo_stop(stereo);
 }
 
 void stereo_isr(stereo_t *stereo)
 {
-    uint32_t pending = stereo_ev_pending_read();
+    uint32_t         pending = stereo_ev_pending_read();
+    stereo_handler_t handler = stereo->handler;
 
     /* Cleared before anything else, so that what happens meanwhile is pending again. */
     stereo_ev_pending_write(pending);
-    if (pending != 0) {
-        stereo->event = true;
-        stereo->interrupts++;
+    if (pending == 0) {
+        return;
+    }
+    stereo->event = true;
+    stereo->statistics.interrupts++;
+    if (handler != NULL) {
+        handler(stereo->context);
     }
 }

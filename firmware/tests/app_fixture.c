@@ -24,6 +24,10 @@ app_t    app;
 char     out[1 << 16];
 uint64_t now;
 
+reset_report_t found_reset;
+reset_cause_t  last_reset;
+unsigned       resets;
+
 static uint8_t       *memory;
 static const uint8_t *line;
 static size_t         line_length;
@@ -53,6 +57,25 @@ uint32_t uart_txempty_read(void)         { return 1; }
 uint32_t uart_txfull_read(void)          { return 0; }
 void     uart_ev_enable_write(uint32_t value) { (void)value; }
 
+void reset_begin(reset_report_t *report)
+{
+    *report = found_reset;
+    resets  = 0;
+}
+
+void reset_now(reset_cause_t cause, uint32_t place, uint16_t line_number)
+{
+    (void)place;
+    (void)line_number;
+    last_reset = cause;
+    resets++;
+}
+
+const char *reset_cause_name(reset_cause_t cause)
+{
+    return cause == RESET_WATCHDOG ? "watchdog" : "?";
+}
+
 void uart_ev_pending_write(uint32_t value)
 {
     if ((value & UART_EV_RX) != 0) {
@@ -67,6 +90,12 @@ void uart_rxtx_write(uint32_t value)
         out[out_length++] = (char)value;
         out[out_length]   = 0;
     }
+}
+
+size_t platform_stack_used(size_t *size)
+{
+    *size = 4096;
+    return 1000;
 }
 
 void *platform_frame_memory(size_t *size)

@@ -21,6 +21,11 @@ extern app_t app;
 /** Time in clocks of a microsecond; it goes on with each look at it, so that nothing can wait for ever. */
 extern uint64_t now;
 
+/** What the firmware finds when it boots, and the resets that it asked for since; the SoC does not reset here. */
+extern reset_report_t found_reset;
+extern reset_cause_t  last_reset;
+extern unsigned       resets;
+
 /** What the firmware sent since the last call of type(), as text. */
 extern char out[1 << 16];
 

@@ -86,6 +86,12 @@ void memory_from_device(void)
 {
 }
 
+size_t platform_stack_used(size_t *size)
+{
+    *size = 4096;
+    return 1000;
+}
+
 void *platform_frame_memory(size_t *size)
 {
     *size = device.memory_size;
@@ -100,6 +106,25 @@ void platform_attach_stereo(void (*handler)(void))
 static void handle_interrupt(void)
 {
     stereo_isr(&device.app.stereo);
+}
+
+/* Resets. */
+
+void reset_begin(reset_report_t *report)
+{
+    *report = (reset_report_t){0};
+}
+
+void reset_now(reset_cause_t cause, uint32_t place, uint16_t line)
+{
+    fprintf(stderr, "native_device: the firmware resets the SoC: cause %d, at 0x%x, line %u\n", (int)cause, place, line);
+    exit(1);
+}
+
+const char *reset_cause_name(reset_cause_t cause)
+{
+    (void)cause;
+    return "";
 }
 
 /* UDP. */

@@ -9,6 +9,7 @@
 #include "app_fixture.h"
 #include "fake_frame_link.h"
 #include "generated/csr.h"
+#include "litestereo/ensure.h"
 
 static void test_console(void)
 {
@@ -32,6 +33,7 @@ static void test_console(void)
     }
     REQUIRE(strcmp(type("\r"), "") == 0);
     REQUIRE_TYPE("info\r", "clock: 1000000 Hz");
+    REQUIRE_TYPE("info\r", "stack: 1000 of 4096 bytes used so far\r\n");
 }
 
 static void test_bench(void)
@@ -134,7 +136,7 @@ static void test_refused_settings(void)
     REQUIRE(frame->result.detail == STEREO_ERROR_CONFIG);
 }
 
-/* An accelerator that does not even stop costs bounded waits, and works again once it does. */
+/* An accelerator that does not even stop costs bounded waits and a reset, and works again once it does. */
 static void test_stuck(void)
 {
     frame_t *frame, *next;
@@ -148,6 +150,7 @@ static void test_stuck(void)
     }
     REQUIRE(frame->state == FRAME_FAILED && frame->result.error == ERROR_TIMEOUT && frame->result.detail > 100000);
     REQUIRE(next->state == FRAME_FAILED && next->result.error == ERROR_TIMEOUT && next->result.detail == 0);
+    REQUIRE(resets == 1 && last_reset == RESET_MATCHER);
     fake_stereo.hang = fake_stereo.stuck = false;
     fake_stereo_advance();
     REQUIRE_TYPE("selftest\r", "selftest: passed");
@@ -165,12 +168,40 @@ static void test_faults(void)
     REQUIRE_TYPE("bench 64 32 16 5 sad\r", "bench: FAILED: the matcher did not finish in");
     REQUIRE_TYPE("stats\r", "matcher_timeouts: 1\r\n");
     REQUIRE_TYPE("stats\r", "frames_failed: 3\r\n");
+    REQUIRE_TYPE("stats\r", "matcher: 7 submitted, 0 refused, 4 done\r\n"
+        "matcher errors: 0 config, 2 bus, 0 aborted, 1 timeouts, 0 stuck, 0 lost interrupts\r\n");
+    REQUIRE(resets == 0);
     fake_stereo.hang = false;
     REQUIRE_TYPE("selftest\r", "selftest: passed");
     fake_stereo.wrong_pixel = true;
     REQUIRE_TYPE("selftest\r", "selftest: FAILED at (0, 0): 0 instead of -16");
     fake_stereo.wrong_pixel = false;
     REQUIRE(app.pool.frame[0].state == FRAME_EMPTY);
+}
+
+/* The firmware says why it began anew, and does so when it is told. */
+static void test_reset(void)
+{
+    boot();
+    REQUIRE(strstr(out, "since power-up") == NULL);
+    found_reset = (reset_report_t){RESET_WATCHDOG, 0x40001234, 77, 3};
+    boot();
+    REQUIRE(strstr(out, "reset 3 since power-up: watchdog, at 0x40001234, line 77\r\n") != NULL);
+    found_reset = (reset_report_t){0};
+    type("reset\r");
+    REQUIRE(resets == 1 && last_reset == RESET_REQUESTED);
+}
+
+/* A mistake in the program is said, and is the last thing that it does. */
+static void test_ensure(void)
+{
+    boot();
+    ENSURE(resets == 0);
+    REQUIRE(resets == 0);
+    type("");
+    ENSURE(resets == 1);
+    REQUIRE(resets == 1 && last_reset == RESET_ENSURE);
+    REQUIRE(strstr(out, "tests/test_app.c:") != NULL && strstr(out, ": ensure failed, reset\r\n") != NULL);
 }
 
 static void test_wrong_gateware(void)
@@ -267,6 +298,8 @@ int main(void)
     test_faults();
     test_udp();
     test_udp_session();
+    test_reset();
+    test_ensure();
     test_wrong_gateware();
     return 0;
 }

@@ -208,7 +208,7 @@ static void test_no_pairs(void)
     }
     REQUIRE(frame->state == FRAME_FAILED && frame->result.error == ERROR_TIMEOUT);
     REQUIRE(frame->result.detail > PAIRS_S && now - begin < PAIRS_S + 10000);
-    REQUIRE(app.counters.value[COUNTER_FRAMES_FAILED] == 1 && app.stereo.timeouts == 1);
+    REQUIRE(app.counters.value[COUNTER_FRAMES_FAILED] == 1 && app.stereo.statistics.timeouts == 1);
     /* The next one is not held up, and has its own time. */
     run(5);
     REQUIRE(next->state == FRAME_MATCHING);

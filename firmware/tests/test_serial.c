@@ -171,6 +171,21 @@ static void test_dead_line(void)
     REQUIRE(!serial.stalled && uart.out_length == UART_TX_FIFO_DEPTH + sizeof(out));
 }
 
+/* What is said before a reset is on the line when that comes, unless the line is dead. */
+static void test_say(void)
+{
+    unsigned accesses;
+
+    set_up(0);
+    serial_say("said before the end, and longer than the FIFO");
+    REQUIRE(uart.out_length == 45 && memcmp(uart.out, "said before the end, and longer than the FIFO", 45) == 0);
+    REQUIRE(uart.out_pending == 0);
+    uart.dead = true;
+    accesses  = uart.accesses;
+    serial_say("said before the end, and longer than the FIFO");
+    REQUIRE(uart.accesses - accesses < 500000 && uart.out_length == 45 + UART_TX_FIFO_DEPTH);
+}
+
 int main(void)
 {
     test_receive();
@@ -178,5 +193,6 @@ int main(void)
     test_backlog();
     test_full_backlog();
     test_dead_line();
+    test_say();
     return 0;
 }

@@ -11,25 +11,13 @@ import socket
 import time
 import zlib
 
-import numpy as np
 import pytest
 
 from litestereo.sim import model
 from litestereo.sim.bench import ALL_STAGES
 from litestereo.sim.stereobm import stereo_bm
 from support.native_device import native_device
-
-
-def pattern(width, height, seed):
-    """Words of xorshift32, little-endian, the first one after one step from the seed."""
-    words = np.empty((width * height + 3) // 4, "<u4")
-    state = seed
-    for index in range(len(words)):
-        state ^= state << 13 & 0xffffffff
-        state ^= state >> 17
-        state ^= state << 5 & 0xffffffff
-        words[index] = state
-    return words.view(np.uint8)[:width * height].reshape(height, width)
+from support.pattern import pattern
 
 
 def command(port, line, until):

@@ -59,7 +59,11 @@ def test_selftest_and_console(url):
     """Accelerator against the CPU's own SAD, on the target."""
     with connect(url) as device:
         assert "selftest: passed" in device.console("selftest", 200)
-        assert "640" in device.console("info")
+        info = device.console("info")
+        assert "640" in info
+        # The deepest that the stack has been, the self test included, leaves half of it free.
+        used, size = map(int, re.search(r"stack: (\d+) of (\d+) bytes used", info).groups())
+        assert 500 < used < size // 2
         assert "matcher_interrupts" in device.console("stats")
         assert device.statistics()["matcher_interrupts"] > 0
 
@@ -201,6 +205,16 @@ def check_serial_line(simulation):
         left, right = textured_pair(101, 33, generator(54))
         (frame,)    = device.stream([(left, right)], MatcherSettings(64, 9))
         assert np.array_equal(frame.disparity, expected_map(left, right, MatcherSettings(64, 9)))
+
+
+@pytest.mark.xdist_group("integrated-ram")
+def test_reset(simulation, url):
+    """A reset in mid-session: the firmware says why it began anew, and both links work again."""
+    with connect(url) as device:
+        assert re.search(r"reset \d+ since power-up: requested", device.console("reset"))
+        assert "matcher errors: 0 config, 0 bus, 0 aborted, 0 timeouts, 0 stuck" in device.console("stats")
+    check_small_frame(url)
+    check_small_frame(f"udp://127.0.0.1:{simulation.udp_port}")
 
 
 @pytest.mark.xdist_group("integrated-ram")

@@ -42,7 +42,7 @@ void console_start(console_t *console);
 /** Takes what was typed; runs a command at the end of its line. */
 void console_receive(console_t *console, const uint8_t *text, size_t length);
 
-/** Prints as printf does, at most 200 characters; a newline goes out as carriage return and newline. */
+/** Prints as printf does; see print_to(). */
 void console_printf(console_t *console, const char *format, ...) __attribute__((format(printf, 2, 3)));
 
 /** A command: `argv`[0] is its name, and its arguments follow; returns false to have its usage shown. */

@@ -12,7 +12,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/** Clocks since power-up. */
+/** Clocks since the SoC began; not to be called in an interrupt, as its two halves are read one after the other. */
 uint64_t clock_now(void);
 
 /** Clocks in a second. */
@@ -29,6 +29,19 @@ void memory_from_device(void);
 
 /** Calls `handler` at each interrupt of the matcher from now on, and takes no other interrupt. */
 void platform_attach_stereo(void (*handler)(void));
+
+/** Calls `handler` when the watchdog has not been fed; it resets the SoC in the end (see reset.h). To be called after
+ * platform_attach_stereo, which switches other interrupts off. */
+void platform_attach_watchdog(void (*handler)(void));
+
+/** In an interrupt: the address at which the program was. */
+uint32_t platform_interrupted_at(void);
+
+/** Marks the stack as far as nobody uses it, for platform_stack_used; to be called first of all, interrupts off. */
+void platform_stack_mark(void);
+
+/** Most bytes of the stack that have been in use since it was marked; writes to `size` what it has. */
+size_t platform_stack_used(size_t *size);
 
 /** Memory between the program and the end of main RAM; writes its size in bytes to `size`. */
 void *platform_frame_memory(size_t *size);

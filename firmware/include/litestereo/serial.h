@@ -33,4 +33,8 @@ size_t serial_receive(serial_t *serial, uint8_t *bytes, size_t capacity);
 /** Sends bytes; returns once the FIFO has them, or when the line does not move. */
 void serial_send(serial_t *serial, const uint8_t *bytes, size_t length);
 
+/** Sends text when nothing else works any more: in an interrupt, or from within the driver. Returns once the line has it,
+ * or when the line does not move. */
+void serial_say(const char *text);
+
 #endif

@@ -101,6 +101,23 @@ uint32_t frame_link_chunks_repeated_read(void);
 uint32_t frame_link_chunks_while_matching_read(void);
 #endif
 
+#ifdef WITH_WATCHDOG
+#define CSR_RESET_RECORD_BASE 0xf0004000L
+#define CSR_WATCHDOG0_BASE    0xf0004800L
+
+uint32_t reset_record_cause_read(void);
+uint32_t reset_record_place_read(void);
+uint32_t watchdog0_control_read(void);
+uint32_t watchdog0_cycles_read(void);
+void     reset_record_cause_write(uint32_t value);
+void     reset_record_place_write(uint32_t value);
+void     watchdog0_control_write(uint32_t value);
+void     watchdog0_cycles_write(uint32_t value);
+void     watchdog0_ev_pending_write(uint32_t value);
+void     watchdog0_ev_enable_write(uint32_t value);
+void     ctrl_reset_write(uint32_t value);
+#endif
+
 void     flash_w_write(uint32_t value);
 uint32_t flash_r_read(void);
 uint32_t uart_rxtx_read(void);

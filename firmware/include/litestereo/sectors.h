@@ -1,0 +1,37 @@
+/*
+ * This file is part of LiteStereo.
+ *
+ * SPDX-License-Identifier: BSD-2-Clause
+ */
+
+/* What is nearest in each of several sectors of the map, side by side. */
+
+#ifndef LITESTEREO_SECTORS_H
+#define LITESTEREO_SECTORS_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "litestereo/status.h"
+#include "litestereo/stereo_settings.h"
+
+/** One sector. */
+typedef struct {
+    uint16_t first;      /**< First column. */
+    uint16_t columns;    /**< Number of columns. */
+    uint32_t pixels;     /**< Pixels that have a disparity. */
+    bool     found;      /**< There are as many as are asked for. */
+    int16_t  disparity;  /**< If so: the largest disparity that as many have or exceed, sixteenths of a pixel. */
+} sector_t;
+
+/** Looks for the nearest surface in each of `count` sectors.
+ *
+ * The sectors share the columns that can have a disparity: the left of a map never has one. `least` is the number of
+ * pixels that make a surface: fewer are taken for mismatches. Takes 1 KiB of stack, and reads the map twice.
+ *
+ * STATUS_BAD_ARGUMENT if `least` or `count` is 0, STATUS_SIZE if there are fewer such columns than sectors.
+ */
+status_t sectors_find(const stereo_settings_t *settings, const int16_t *map, uint32_t least, sector_t *sectors,
+    unsigned count);
+
+#endif

@@ -1,0 +1,41 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""The guide for programs of other people against the headers it is about."""
+
+import re
+import subprocess
+
+import pytest
+
+from support.firmware_build import ROOT
+
+GUIDE    = (ROOT / "docs" / "firmware.md").read_text()
+HEADERS  = ROOT / "firmware" / "include"
+PROGRAMS = re.findall(r"```c\n(.*?)```", GUIDE, re.DOTALL)
+
+
+@pytest.mark.parametrize("program", PROGRAMS)
+def test_programs_of_the_guide_compile(tmp_path, program):
+    source = tmp_path / "program.c"
+    source.write_text(program)
+    done = subprocess.run(["gcc", "-std=c11", "-Wall", "-Wextra", "-Werror", "-c", f"-I{HEADERS}", source, "-o",
+                           tmp_path / "program.o"], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+def test_every_function_is_in_the_guide():
+    """Functions of stereo.h."""
+    header    = (HEADERS / "litestereo" / "stereo.h").read_text()
+    functions = set(re.findall(r"^\w[\w ]*?\W(stereo_\w+)\(", header, re.MULTILINE))
+    assert len(functions) == 12
+    assert len(PROGRAMS) == 2
+    assert not [name for name in functions if name not in GUIDE]
+
+
+def test_headers_of_the_guide_exist():
+    named = re.findall(r"`(\w+\.h)`", GUIDE)
+    assert len(set(named)) > 12
+    assert not [name for name in named if not (HEADERS / "litestereo" / name).is_file()]
