@@ -9,10 +9,10 @@ from litex.gen import *
 
 from litex.soc.interconnect import stream
 
-from liteeth.common       import convert_ip, eth_min_frame_length, eth_fcs_length, eth_phy_description
+from liteeth.common       import convert_ip, eth_fcs_length, eth_min_frame_length, eth_phy_description, ethernet_type_ip
 from liteeth.core.arp     import LiteEthARP
 from liteeth.core.icmp    import LiteEthICMP
-from liteeth.core.ip      import LiteEthIP
+from liteeth.core.ip      import LiteEthIPRX, LiteEthIPTX, LiteEthIPV4Crossbar
 from liteeth.core.udp     import LiteEthUDP
 from liteeth.mac.common   import LiteEthMACCrossbar, LiteEthMACDepacketizer, LiteEthMACPacketizer
 from liteeth.mac.crc      import LiteEthMACCRC32Checker, LiteEthMACCRC32Inserter
@@ -25,10 +25,27 @@ from .crossing import Crossing
 
 WORD_BITS = 32 # Between MAC and UDP: wide enough that the system's clock may be slower than the wire's.
 
+# Registers ----------------------------------------------------------------------------------------
+
+def add_register(module, source, sink, clock_domain="sys"):
+    """Connect two streams, with registers for data and for ready between them: each takes a clock, and neither waits.
+
+    In this order, not that of LiteX's Buffer: nothing but registers at either end.
+    """
+    renamed = ClockDomainsRenamer(clock_domain)
+    ready   = renamed(stream.PipeReady(source.description))
+    data    = renamed(stream.PipeValid(source.description))
+    module.submodules += ready, data
+    module.comb += [
+        source.connect(ready.sink),
+        ready.source.connect(data.sink),
+        data.source.connect(sink),
+    ]
+
 # MAC Pipelines ------------------------------------------------------------------------------------
 
 class Registered(LiteXModule):
-    """Streams and cores of one clock domain in a row, with a register for data and one for ready between each two.
+    """Streams and cores of one clock domain in a row, with registers between each two.
 
     Without them the ready of a MAC's sender runs through preamble, CRC and converter in one clock, too long for 125 MHz.
 
@@ -42,23 +59,11 @@ class Registered(LiteXModule):
         What stands between.
     """
     def __init__(self, clock_domain, source, sink, cores=()):
-        renamed = ClockDomainsRenamer(clock_domain)
-        for core in [renamed(core) for core in cores]:
+        for core in [ClockDomainsRenamer(clock_domain)(core) for core in cores]:
             self.submodules += core
-            self.add_register(renamed, source, core.sink)
+            add_register(self, source, core.sink, clock_domain)
             source = core.source
-        self.add_register(renamed, source, sink)
-
-    def add_register(self, renamed, source, sink):
-        # In this order, not `Buffer`'s own: nothing but registers at either end.
-        ready = renamed(stream.PipeReady(source.description))
-        data  = renamed(stream.PipeValid(source.description))
-        self.submodules += ready, data
-        self.comb += [
-            source.connect(ready.sink),
-            ready.source.connect(data.sink),
-            data.source.connect(sink),
-        ]
+        add_register(self, source, sink, clock_domain)
 
 class MACSender(LiteXModule):
     """Frames, words of 32 bits in `sys`, to the PHY: padding, CRC, preamble, gap."""
@@ -107,8 +112,25 @@ class MAC(LiteXModule):
             crossbar.master.source.connect(packetizer.sink),
             packetizer.source.connect(sender.sink),
             receiver.source.connect(depacketizer.sink),
-            depacketizer.source.connect(crossbar.master.sink),
         ]
+        add_register(self, depacketizer.source, crossbar.master.sink)
+
+# IP -----------------------------------------------------------------------------------------------
+
+class IP(LiteXModule):
+    """As LiteEthIP, with registers behind its receiver: without them a header's check and all that hangs on the answer of
+    ICMP and UDP are one clock."""
+    def __init__(self, mac, mac_address, ip_address, arp_table):
+        self.tx       = tx       = LiteEthIPTX(mac_address, ip_address, arp_table, dw=WORD_BITS)
+        self.rx       = rx       = LiteEthIPRX(mac_address, ip_address, with_broadcast=False, dw=WORD_BITS)
+        self.crossbar = crossbar = LiteEthIPV4Crossbar(WORD_BITS)
+        port          = mac.crossbar.get_port(ethernet_type_ip, WORD_BITS)
+        self.comb += [
+            tx.source.connect(port.sink),
+            port.source.connect(rx.sink),
+            crossbar.master.source.connect(tx.sink),
+        ]
+        add_register(self, rx.source, crossbar.master.sink)
 
 # Network ------------------------------------------------------------------------------------------
 
@@ -130,7 +152,7 @@ class Network(LiteXModule):
         self.ip_address = ip_address = convert_ip(ip_address)
         self.mac  = MAC(phy)
         self.arp  = LiteEthARP(self.mac, mac_address, ip_address, clk_freq, entries=4, dw=WORD_BITS)
-        self.ip   = LiteEthIP(self.mac, mac_address, ip_address, self.arp.table, with_broadcast=False, dw=WORD_BITS)
+        self.ip   = IP(self.mac, mac_address, ip_address, self.arp.table)
         if with_icmp:
             self.icmp = LiteEthICMP(self.ip, ip_address, dw=WORD_BITS)
         self.udp  = LiteEthUDP(self.ip, ip_address, dw=WORD_BITS)
