@@ -28,7 +28,7 @@ WORD_BITS = 32 # Between MAC and UDP: wide enough that the system's clock may be
 # Registers ----------------------------------------------------------------------------------------
 
 def add_register(module, source, sink, clock_domain="sys"):
-    """Connect two streams, with registers for data and for ready between them: each takes a clock, and neither waits.
+    """Connect two streams, with a register for data and one for ready between them.
 
     In this order, not that of LiteX's Buffer: nothing but registers at either end.
     """
@@ -112,25 +112,27 @@ class MAC(LiteXModule):
             crossbar.master.source.connect(packetizer.sink),
             packetizer.source.connect(sender.sink),
             receiver.source.connect(depacketizer.sink),
+            depacketizer.source.connect(crossbar.master.sink),
         ]
-        add_register(self, depacketizer.source, crossbar.master.sink)
 
 # IP -----------------------------------------------------------------------------------------------
 
 class IP(LiteXModule):
-    """As LiteEthIP, with registers behind its receiver: without them a header's check and all that hangs on the answer of
-    ICMP and UDP are one clock."""
+    """As LiteEthIP, with a register behind its receiver: without it a header's check, and ICMP's and UDP's answer to it,
+    are one clock."""
     def __init__(self, mac, mac_address, ip_address, arp_table):
         self.tx       = tx       = LiteEthIPTX(mac_address, ip_address, arp_table, dw=WORD_BITS)
         self.rx       = rx       = LiteEthIPRX(mac_address, ip_address, with_broadcast=False, dw=WORD_BITS)
         self.crossbar = crossbar = LiteEthIPV4Crossbar(WORD_BITS)
         port          = mac.crossbar.get_port(ethernet_type_ip, WORD_BITS)
+        self.buffer   = buffer   = stream.Buffer(rx.source.description)
         self.comb += [
             tx.source.connect(port.sink),
             port.source.connect(rx.sink),
+            rx.source.connect(buffer.sink),
+            buffer.source.connect(crossbar.master.sink),
             crossbar.master.source.connect(tx.sink),
         ]
-        add_register(self, rx.source, crossbar.master.sink)
 
 # Network ------------------------------------------------------------------------------------------
 
