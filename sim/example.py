@@ -16,7 +16,7 @@ from .build import SimulationError, examples
 from .system import start_simulation
 
 
-def run_example(name: str, silence_s: float = 120.0) -> Iterator[str]:
+def run_example(name: str, silence_s: float = 300.0) -> Iterator[str]:
     """Run an example; yield its lines until it says that it ends, which not all of them do.
 
     Parameters

@@ -64,7 +64,7 @@ def test_selftest_and_console(url):
         # The deepest that the stack has been, the self test included, leaves half of it free.
         used, size = map(int, re.search(r"stack: (\d+) of (\d+) bytes used", info).groups())
         assert 500 < used < size // 2
-        assert "matcher_interrupts" in device.console("stats")
+        assert "matcher_interrupts" in device.console("stats", 200)
         assert device.statistics()["matcher_interrupts"] > 0
 
 
@@ -211,8 +211,8 @@ def check_serial_line(simulation):
 def test_reset(simulation, url):
     """A reset in mid-session: the firmware says why it began anew, and both links work again."""
     with connect(url) as device:
-        assert re.search(r"reset \d+ since power-up: requested", device.console("reset"))
-        assert "matcher errors: 0 config, 0 bus, 0 aborted, 0 timeouts, 0 stuck" in device.console("stats")
+        assert re.search(r"reset \d+ since power-up: requested", device.console("reset", 200))
+        assert "matcher errors: 0 config, 0 bus, 0 aborted, 0 timeouts, 0 stuck" in device.console("stats", 200)
     check_small_frame(url)
     check_small_frame(f"udp://127.0.0.1:{simulation.udp_port}")
 
