@@ -125,7 +125,7 @@ def invariants(proof: Proof, core: PairReader, words, right, counts, count, pixe
     proof.prove("settings of the frame", core.idle | (inside(core, "last_word")[0] == words - 1))
     proof.prove("the side is known", still | (own == right))
     proof.prove("position counts", still | (position == count))
-    proof.prove("the burst's first word", 
+    proof.prove("the burst's first word",
                 still | (inside(core, "burst_base")[0] == Mux(right, Cat(0, counts[1][1:]), counts[1])))
     proof.prove("left goes ahead by a burst at most", still | Mux(
         right,

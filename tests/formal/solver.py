@@ -107,8 +107,9 @@ def _run(folder: Path, command: list[str], log: str, check: bool = True) -> tupl
         raise SolverError(f"{command[0]} is not installed: run .ci/install formal")
     path = os.pathsep.join([str(build_directory() / "formal" / "bin"), str(tools), os.environ["PATH"]])
     try:
-        result = subprocess.run([str(tools / command[0]), *command[1:]], cwd=folder, check=False, timeout=LIMIT_S, text=True,
-                                env=os.environ | {"PATH": path}, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+        result = subprocess.run([str(tools / command[0]), *command[1:]], cwd=folder, env=os.environ | {"PATH": path},
+                                stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=LIMIT_S,
+                                check=False)
     except subprocess.TimeoutExpired as error:
         raise SolverError(f"{command[0]} took longer than {LIMIT_S} s in {folder}") from error
     (folder / log).write_text(result.stdout)
