@@ -89,6 +89,9 @@ formal: ## Prove what the streams, the DMA and the registers of the gateware pro
 	@$(PYTHON) -m pytest -q tests/formal
 	@PYTHONPATH=tests $(PYTHON) -m formal
 
+mutation: install ## Break the gateware in 50 small ways, and see whether the tests of the broken core notice
+	@PYTHONPATH=tests $(PYTHON) -m mutation
+
 lint: install ## Check style and types
 	@$(PYTHON) -m ruff check .
 	@$(PYTHON) -m mypy
@@ -97,4 +100,4 @@ clean: ## Remove everything that was built, but not .venv
 	rm -rf build
 
 .PHONY: help install demo test sim bench resources network thesis boards bitstream load flash boards-sim \
-	boards-check boards-doc sweep fuzz formal lint clean
+	boards-check boards-doc sweep fuzz formal mutation lint clean
