@@ -73,7 +73,8 @@ def main() -> int:
     if failures:
         print(f"{failures} of {len(TASKS)} proofs failed.")
         return 1
-    print(f"{promises} promises hold: {always} of them always, {promises - always} for the clocks that were checked.")
+    print(f"{promises} promises hold, {always} of them always and {promises - always} for the clocks that were "
+          "checked.")
     return 0
 
 

@@ -27,7 +27,7 @@ SCRIPT = ("read_verilog -formal -sv proof.v; prep -flatten -nordff -top proof; a
 SOLVER = "boolector"
 
 #: Seconds that one question may take.
-LIMIT_S = 600
+LIMIT_S = 3600
 
 
 class SolverError(Exception):
