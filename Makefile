@@ -89,6 +89,14 @@ fuzz: install ## Ten million datagrams into the firmware, a hundred thousand int
 	@$(LITESTEREO_BUILD)/fuzz/fuzz_udp 1 10000000
 	@LITESTEREO_DATAGRAMS=100000 $(PYTHON) -m pytest -q -rP tests/gateware/test_frame_link_fuzz.py
 
+formal: ## Prove what the streams, the DMA and the registers of the gateware promise, and refuse faulty ones
+	@.ci/install formal
+	@$(PYTHON) -m pytest -q tests/formal
+	@PYTHONPATH=tests $(PYTHON) -m formal
+
+mutation: install ## Break the gateware in 50 small ways, and see whether the tests of the broken core notice
+	@PYTHONPATH=tests $(PYTHON) -m mutation
+
 lint: install ## Check style and types
 	@$(PYTHON) -m ruff check .
 	@$(PYTHON) -m mypy
@@ -97,4 +105,4 @@ clean: ## Remove everything that was built, but not .venv
 	rm -rf build
 
 .PHONY: help install demo test sim example bench resources network thesis boards bitstream load flash boards-sim \
-	boards-check boards-doc sweep fuzz lint clean
+	boards-check boards-doc sweep fuzz formal mutation lint clean

@@ -1,0 +1,82 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""`make formal`: prove all there is to prove, print a table; the exit status is 1 if anything fails."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from .line_buffer import line_buffer
+from .pair_reader import pair_reader
+from .peripheral import peripheral
+from .proof import Proof
+from .result_map import border, left_right, median
+from .solver import SolverError, decide
+from .stream_reader import stream_reader
+from .stream_writer import stream_writer
+
+
+@dataclass(frozen=True)
+class Task:
+    """A proof and how far it goes: see `decide`."""
+    name:      str
+    make:      Callable[[], Proof]
+    clocks:    int
+    induction: int = 0
+    cover:     int | None = None
+
+
+TASKS = [
+    Task("StreamReader", lambda: stream_reader(contents=True), 8, 1, 30),
+    Task("StreamReader, bus errors", stream_reader, 8, 1, 30),
+    Task("StreamWriter", stream_writer, 8, 1, 30),
+    Task("PairReader", pair_reader, 10, 1, 30),
+    Task("LineBuffer, addresses", line_buffer, 8, 2, 22),
+    Task("LineBuffer, contents", lambda: line_buffer(most_columns=2, contents=True), 14),
+    Task("Border", border, 8, 4, 40),
+    Task("LeftRight", left_right, 12, 12, 50),
+    Task("Median", median, 8, 8, 30),
+    Task("StereoPeripheral", peripheral, 6, 2, 30),
+]
+
+
+def main() -> int:
+    """Prove, print, and say whether all went well."""
+    promises = failures = always = 0
+    for task in TASKS:
+        proof = task.make()
+        try:
+            verdict = decide(proof, task.clocks, task.induction, task.cover)
+        except SolverError as error:
+            print(f"formal: {error}", file=sys.stderr)
+            return 1
+        count     = len(proof.wanted["assert"])
+        promises += count
+        always   += count*verdict.always
+        proven    = verdict.holds and verdict.always >= bool(task.induction)
+        span      = "always" if verdict.always else f"{verdict.clocks} clocks"
+        print(f"{task.name:26} {count:3} promises  {span if proven else 'FAILED':10} {verdict.seconds:6.1f} s",
+              flush=True)
+        if not proven:
+            failures += 1
+            for name in verdict.failed:
+                print(f"    broken: {name}")
+            for name in verdict.missed:
+                print(f"    never happens: {name}")
+            if verdict.holds:
+                print("    holds as far as was checked, but the induction does not close")
+    if failures:
+        print(f"{failures} of {len(TASKS)} proofs failed.")
+        return 1
+    print(f"{promises} promises hold, {always} of them always and {promises - always} for the clocks that were "
+          "checked.")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,55 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""Wishbone: what a slave may do, and what a master owes to it."""
+
+from __future__ import annotations
+
+from litex.soc.interconnect import wishbone
+from migen import Cat, Signal
+
+from .proof import Proof
+from .streams import counted
+
+#: Bytes of the port's words, in all proofs.
+WORD = 4
+
+
+def port() -> wishbone.Interface:
+    """A port with few address bits: the arithmetic is the same, the solver faster."""
+    return wishbone.Interface(data_width=8*WORD, address_width=32, addressing="word")
+
+
+def slave(proof: Proof, bus: wishbone.Interface) -> Signal:
+    """A slave that answers when it likes, with data or an error; returns whether it answers."""
+    proof.free(bus.ack, bus.err, bus.dat_r)
+    answer = Signal()
+    proof.comb += answer.eq(bus.ack | bus.err)
+    proof.assume("answers come to requests only", ~answer | (bus.cyc & bus.stb))
+    return answer
+
+
+def master(proof: Proof, bus: wishbone.Interface, answer: Signal) -> None:
+    """A request stays as it is until it is answered, and is of whole words."""
+    request = Cat(bus.cyc, bus.stb, bus.we, bus.adr, bus.dat_w, bus.sel)
+    before  = Signal(len(request))
+    waiting = Signal()
+    proof.sync += [before.eq(request), waiting.eq(bus.stb & ~answer)]
+    proof.prove("a request stays until it is answered", ~waiting | (request == before))
+    proof.prove("requests are of whole words", ~bus.stb | (bus.cyc & (bus.sel == 2**WORD - 1)))
+
+
+def in_order(proof: Proof, bus: wishbone.Interface, answer: Signal, base: Signal, words, begin,
+             bits: int = 16) -> Signal:
+    """The block's words are asked for from its first one up, each once, none outside; returns how many were answered.
+
+    `words` is how many there are; the count has `bits`.
+    """
+    count = counted(proof, bus.stb & answer, begin, bits)
+    index = Signal(30)
+    proof.comb += index.eq(bus.adr - base[2:])
+    proof.prove("addresses go from base up, each once", ~bus.stb | (index == count))
+    proof.prove("no address outside of [base, base + length)", ~bus.stb | (index < words))
+    return count

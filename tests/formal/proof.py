@@ -1,0 +1,101 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""A core, what may be assumed of its surroundings, and what is to be proven of it."""
+
+from __future__ import annotations
+
+import re
+
+from litex.gen import LiteXModule
+from litex.gen.fhdl import verilog
+from migen import Signal
+from migen.fhdl.tools import list_signals
+
+from litestereo.sim.verilated import PortsTop
+
+
+def inside(core: LiteXModule, name: str) -> list[Signal]:
+    """Signals of that name anywhere in the core, in the order in which they were made.
+
+    Proofs for all time say how the core's registers belong together, also those that only its constructor has names
+    for.
+    """
+    found = {signal for signal in list_signals(core._fragment)
+             if (signal.name_override or signal.backtrace[-1][0]) == name}
+    if not found:
+        raise LookupError(f"the core has no signal {name}")
+    return sorted(found, key=lambda signal: signal.duid)
+
+
+class Proof(PortsTop):
+    """Top level around a core whose inputs are free; conditions on it become ports of the emitted Verilog.
+
+    `assume`, `prove` and `reach` take a name and a condition, true while it is 1.
+    """
+
+    def __init__(self, core: LiteXModule) -> None:
+        PortsTop.__init__(self, core)
+        core.finalize()
+        self.widths:    dict[str, int] = {}
+        self.constants: dict[str, int] = {}
+        self.wanted:    dict[str, dict[str, str]] = {"assume": {}, "assert": {}, "cover": {}}
+        self.started = Signal()  # 0 in the first clock alone.
+        self.sync += self.started.eq(1)
+
+    def free(self, *signals: Signal) -> None:
+        """Let the solver choose the values of inputs, anew in each clock."""
+        for signal in signals:
+            name = f"free_{len(self.widths)}"
+            self.widths[name] = len(signal)
+            self.comb += signal.eq(self.port(name, len(signal)))
+
+    def constant(self, bits: int) -> Signal:
+        """A value of the solver's choice that stays the same."""
+        name = f"constant_{len(self.constants)}"
+        self.constants[name] = bits
+        return self.port(name, bits)
+
+    def past(self, signal: Signal) -> Signal:
+        """Value a clock ago."""
+        before = Signal.like(signal)
+        self.sync += before.eq(signal)
+        return before
+
+    def assume(self, name: str, condition) -> None:
+        """The surroundings keep to this."""
+        self._want("assume", name, condition)
+
+    def prove(self, name: str, condition) -> None:
+        """The core keeps to this."""
+        self._want("assert", name, condition)
+
+    def reach(self, name: str, condition) -> None:
+        """This can happen: what is assumed does not rule out everything."""
+        self._want("cover", name, condition)
+
+    def _want(self, kind: str, name: str, condition) -> None:
+        port = f"{kind}_{len(self.wanted[kind])}"
+        self.wanted[kind][port] = name
+        self.comb += self.port(port, 1).eq(condition)
+
+    def name_of(self, label: str) -> str:
+        """What a label of the emitted Verilog stands for."""
+        return self.wanted[label.split("_")[0]][label]
+
+    def verilog(self) -> str:
+        """The core as it is emitted, and around it a module `proof` that states the conditions."""
+        core     = str(verilog.convert(self, ios=self.ios, name="core"))
+        outputs  = [port for ports in self.wanted.values() for port in ports]
+        lines    = ["module proof(", "    input wire sys_clk" + "".join(
+                        f",\n    input wire [{bits - 1}:0] {name}" for name, bits in self.widths.items()), ");"]
+        lines   += [f"    (* anyconst *) wire [{bits - 1}:0] {name};" for name, bits in self.constants.items()]
+        lines   += [f"    wire {name};" for name in outputs]
+        ports    = ["sys_clk", *self.widths, *self.constants, *outputs]
+        lines   += ["    core core(.sys_rst(1'b0)" + "".join(f", .{name}({name})" for name in ports) + ");"]
+        for kind, conditions in self.wanted.items():
+            lines += [f"    always @* {port}_: {kind}({port});" for port in conditions]
+        # Comments hold the date.
+        return re.sub(r"^//.*$", "", core, flags=re.MULTILINE) + "\n".join([*lines, "endmodule", ""])

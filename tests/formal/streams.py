@@ -1,0 +1,75 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""The contract of streams, docs/interfaces.md: what is offered stays until it is taken."""
+
+from __future__ import annotations
+
+from litex.soc.interconnect.stream import Endpoint, SyncFIFO
+from migen import Cat, If, Memory, Signal, log2_int
+
+from .proof import Proof, inside
+
+
+def stays(proof: Proof, endpoint: Endpoint, marks: bool = True):
+    """Condition: what was offered a clock ago and not taken is offered still."""
+    payload = Cat(*endpoint.payload.flatten(), *([endpoint.first, endpoint.last] if marks else []))
+    offered = Signal(len(payload))
+    waiting = Signal()
+    proof.sync += waiting.eq(endpoint.valid & ~endpoint.ready)
+    proof.sync += offered.eq(payload)
+    return ~waiting | (endpoint.valid & (offered == payload))
+
+
+def feed(proof: Proof, endpoint: Endpoint) -> None:
+    """A sink is fed with anything, as the contract has it."""
+    proof.free(endpoint.valid, endpoint.first, endpoint.last, *endpoint.payload.flatten())
+    proof.assume("the sink's source keeps the contract", stays(proof, endpoint))
+
+
+def taken(endpoint: Endpoint):
+    """An item moves."""
+    return endpoint.valid & endpoint.ready
+
+
+def counted(proof: Proof, event, clear, bits: int = 32) -> Signal:
+    """How often `event` has been, in clocks before this one, since the clock of `clear`."""
+    count = Signal(bits)
+    proof.sync += [
+        If(event,
+            count.eq(count + 1)
+        ),
+        If(clear,
+            count.eq(0)
+        ),
+    ]
+    return count
+
+
+def held(proof: Proof, signal: Signal, busy):
+    """Condition: a setting does not change in a clock in which `busy` is 1."""
+    before = Signal.like(signal)
+    proof.sync += before.eq(signal)
+    return ~proof.started | ~busy | (signal == before)
+
+
+def sound(proof: Proof, fifo: SyncFIFO) -> None:
+    """Promises of a FIFO about its registers, without which induction knows nothing of it."""
+    produce = inside(fifo, "produce")[0]
+    consume = inside(fifo, "consume")[0]
+    ahead   = Signal.like(produce)
+    proof.comb += ahead.eq(produce - consume)
+    proof.prove("the FIFO's level is its pointers' distance",
+                (fifo.level <= fifo.depth) & (ahead == fifo.level[:log2_int(fifo.depth)]))
+
+
+def stored(proof: Proof, fifo: SyncFIFO, place) -> Signal:
+    """What is in a FIFO, `place` items behind the next one out: payload, first, last."""
+    memory  = next(special for special in fifo._fragment.specials if isinstance(special, Memory))
+    port    = memory.get_port(async_read=True)
+    address = Signal(log2_int(fifo.depth))
+    proof.specials += port
+    proof.comb += [address.eq(inside(fifo, "consume")[0] + place), port.adr.eq(address)]
+    return port.dat_r

