@@ -18,8 +18,8 @@ from . import BOARDS
 from .build import placement_key, sources
 
 def clock_name(net: str) -> str:
-    """A clock's name without what nextpnr and LiteX put before it."""
-    return re.sub(r"^\$glbnet\$", "", net)
+    """A clock's name without what nextpnr puts around it."""
+    return re.sub(r"^\$glbnet\$|\$TRELLIS_IO_IN$", "", net)
 
 def check_clocks(board: str, report: dict) -> None:
     """Raise ToolError if a clock of nextpnr's report does not reach its constraint, or if there is none."""

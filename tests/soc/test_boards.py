@@ -40,6 +40,12 @@ def test_sources(board, monkeypatch):
     assert "--timing-allow-fail" not in build.options(made)
 
 
+def test_clock_names():
+    """As the board's constraints have them."""
+    assert [check.clock_name(net) for net in ("$glbnet$sys_clk", "$glbnet$eth_clocks_rx$TRELLIS_IO_IN")] == [
+        "sys_clk", "eth_clocks_rx"]
+
+
 def test_boards_fit_the_flash():
     """Images lie behind the bitstream and beside each other."""
     for board in BOARDS:
