@@ -52,12 +52,13 @@ class MemoryReader(LiteXModule):
         # # #
 
         if isinstance(port, wishbone.Interface):
-            bus      = _with_errors_as_answers(self, port)
+            bus       = _with_errors_as_answers(self, port)
             # "big" is LiteX's name for: leave the bytes of a word where they are.
-            self.dma = WishboneDMAReader(bus, endianness="big", fifo_depth=fifo_depth)
+            self.dma  = WishboneDMAReader(bus, endianness="big", fifo_depth=fifo_depth)
+            self.sink = self.dma.sink
         else:
-            self.dma = LiteDRAMDMAReader(port, fifo_depth=fifo_depth, fifo_buffered=buffered(fifo_depth))
-        self.sink   = _registered(self, self.dma.sink)
+            self.dma  = LiteDRAMDMAReader(port, fifo_depth=fifo_depth, fifo_buffered=buffered(fifo_depth))
+            self.sink = _registered(self, self.dma.sink)
         self.source = self.dma.source
 
 # Memory Writer ------------------------------------------------------------------------------------
@@ -72,14 +73,15 @@ class MemoryWriter(LiteXModule):
         # # #
 
         if isinstance(port, wishbone.Interface):
-            bus      = _with_errors_as_answers(self, port)
-            self.dma = WishboneDMAWriter(bus, endianness="big")
+            bus       = _with_errors_as_answers(self, port)
+            self.dma  = WishboneDMAWriter(bus, endianness="big")
+            self.sink = self.dma.sink
             self.comb += self.written.eq(bus.stb & bus.ack)
         else:
-            self.dma = LiteDRAMDMAWriter(port, fifo_depth=fifo_depth, fifo_buffered=buffered(fifo_depth))
+            self.dma  = LiteDRAMDMAWriter(port, fifo_depth=fifo_depth, fifo_buffered=buffered(fifo_depth))
+            self.sink = _registered(self, self.dma.sink)
             # Later commands to the bank queue behind this one, so taken is as good as written.
             self.comb += self.written.eq(port.wdata.valid & port.wdata.ready)
-        self.sink = _registered(self, self.dma.sink)
 
 def _registered(module, sink):
     """Sink with a register in front of `sink`: in the clock of its computing an address picks no bank of the RAM besides."""
