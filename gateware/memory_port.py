@@ -79,9 +79,9 @@ class MemoryWriter(LiteXModule):
             self.comb += self.written.eq(bus.stb & bus.ack)
         else:
             self.dma  = LiteDRAMDMAWriter(port, fifo_depth=fifo_depth, fifo_buffered=buffered(fifo_depth))
-            self.sink = _registered(self, self.dma.sink)
             # Later commands to the bank queue behind this one, so taken is as good as written.
             self.comb += self.written.eq(port.wdata.valid & port.wdata.ready)
+            self.sink = _registered(self, self.dma.sink)
 
 def _registered(module, sink):
     """Sink with a register in front of `sink`: in the clock of its computing an address picks no bank of the RAM besides."""
