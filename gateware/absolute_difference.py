@@ -20,8 +20,8 @@ class AbsoluteDifference(LiteXModule):
     The right pixels wait in shift registers, one step per column. The lane behind the last disparity is the texture,
     |left(x) - cap|. Only steps that have a cost come out.
 
-    A lane is of `bits` + 1 bits: the absolute difference less one if the difference is negative, and above it that one. Who sums
-    them adds the one as the carry of an adder that is there anyway; here it would take an adder of its own.
+    A lane has a bit more than a pixel: below the absolute difference, less one if the difference is negative, and above
+    that one. Who sums them adds it as the carry of an adder that is there anyway; here it would take one of its own.
     """
     def __init__(self, parameters):
         bits, lanes = parameters.filtered_bits, parameters.lanes

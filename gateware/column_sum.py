@@ -19,9 +19,9 @@ BLOCK_RAM_BITS = 18 # Width of a block RAM of 1024 words, on the ECP5 and most o
 class ColumnSum(LiteXModule):
     """Per lane, the sum of the absolute differences of the last block_size pixels of a column.
 
-    The sums of the row above wait in one memory, a word of all lanes per column: each gains the pixel that enters and
-    loses the one that leaves, as `AbsoluteDifference` gives them. Arithmetic is modulo 2**column_bits, so a sum is exact as soon as all of its
-    pixels are.
+    The sums of the row above wait in memory, a word of all lanes per column: each gains the pixel that enters and loses
+    the one that leaves, as `AbsoluteDifference` gives them. Arithmetic is modulo 2**column_bits, so a sum is exact as
+    soon as all of its pixels are.
     """
     def __init__(self, parameters):
         in_bits, bits, lanes = parameters.filtered_bits, parameters.column_bits, parameters.lanes
@@ -64,9 +64,10 @@ class ColumnSum(LiteXModule):
             lanes_of(self.source.sums, lanes),
         ):
             entering = Signal(in_bits + 1, reset_less=True)
-            leaving  = Signal(in_bits + 1, reset=2**(in_bits + 1) - 1, reset_less=True) # Inverted: it is subtracted.
+            # Inverted, as it is subtracted.
+            leaving  = Signal(in_bits + 1, reset=2**(in_bits + 1) - 1, reset_less=True)
             change   = Signal(in_bits + 2, reset_less=True) # Less one; the lowest bit is that of the carry.
-            behind   = Signal()            # The one that `change` lacks, less that of the leaving difference.
+            behind   = Signal()                             # That one, less the one of the leaving difference.
             result   = Signal(bits + 1, reset_less=True)
             self.sync += [
                 entering.eq(enter),

@@ -94,7 +94,8 @@ def pass_position(module, sink, source, latency, valid=None):
     for _ in range(latency):
         stage = stream.Endpoint([(name, len(getattr(sink, name))) for name in fields])
         for name in fields:
-            getattr(stage, name).reset_less = True # A reset clears `valid`: that a frame begins is all that it needs to say.
+            # A reset clears `valid`, and with it all that the position says.
+            getattr(stage, name).reset_less = True
         before = valid if valid is not None and len(stages) == 1 else stages[-1].valid
         module.sync += stage.valid.eq(before)
         module.sync += [getattr(stage, name).eq(getattr(stages[-1], name)) for name in fields]

@@ -90,7 +90,7 @@ class Subpixel(LiteXModule):
         # Numerator and denominator, at clock 2.
         # --------------------------------------
         rise, fall = [Signal(bits, reset_less=True) for _ in range(2)] # p - s, q - s
-        gap        = Signal((bits + 1, True), reset_less=True)   # p - q
+        gap        = Signal((bits + 1, True), reset_less=True) # p - q
         inside     = Signal()
         last       = Signal(parameters.index_bits)
         negative   = Signal()

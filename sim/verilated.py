@@ -40,6 +40,8 @@ class PortsTop(LiteXModule):
 def build_library(top: PortsTop, header: str, bench: str) -> Path:
     """Emit Verilog, compile it with the bench, once for each content; return the shared library.
 
+    Memories have garbage where block RAM promises nothing: see `with_garbage`.
+
     Parameters
     ----------
     top
