@@ -102,7 +102,7 @@ class MACReceiver(LiteXModule):
 
 class MAC(LiteXModule):
     """What LiteEth's protocols want of a MAC, around the two pipelines."""
-    def __init__(self, phy):
+    def __init__(self, phy, pipelined):
         self.sender       = sender       = MACSender(phy)
         self.receiver     = receiver     = MACReceiver(phy)
         self.crossbar     = crossbar     = LiteEthMACCrossbar(WORD_BITS)
@@ -112,27 +112,35 @@ class MAC(LiteXModule):
             crossbar.master.source.connect(packetizer.sink),
             packetizer.source.connect(sender.sink),
             receiver.source.connect(depacketizer.sink),
-            depacketizer.source.connect(crossbar.master.sink),
         ]
+        if pipelined:
+            add_register(self, depacketizer.source, crossbar.master.sink)
+        else:
+            self.comb += depacketizer.source.connect(crossbar.master.sink)
 
 # IP -----------------------------------------------------------------------------------------------
 
 class IP(LiteXModule):
     """As LiteEthIP, with a register behind its receiver: without it a header's check, and ICMP's and UDP's answer to it,
     are one clock."""
-    def __init__(self, mac, mac_address, ip_address, arp_table):
+    def __init__(self, mac, mac_address, ip_address, arp_table, pipelined):
         self.tx       = tx       = LiteEthIPTX(mac_address, ip_address, arp_table, dw=WORD_BITS)
         self.rx       = rx       = LiteEthIPRX(mac_address, ip_address, with_broadcast=False, dw=WORD_BITS)
         self.crossbar = crossbar = LiteEthIPV4Crossbar(WORD_BITS)
         port          = mac.crossbar.get_port(ethernet_type_ip, WORD_BITS)
-        self.buffer   = buffer   = stream.Buffer(rx.source.description)
         self.comb += [
             tx.source.connect(port.sink),
             port.source.connect(rx.sink),
-            rx.source.connect(buffer.sink),
-            buffer.source.connect(crossbar.master.sink),
             crossbar.master.source.connect(tx.sink),
         ]
+        if pipelined:
+            add_register(self, rx.source, crossbar.master.sink)
+        else:
+            self.buffer = buffer = stream.Buffer(rx.source.description)
+            self.comb += [
+                rx.source.connect(buffer.sink),
+                buffer.source.connect(crossbar.master.sink),
+            ]
 
 # Network ------------------------------------------------------------------------------------------
 
@@ -149,12 +157,14 @@ class Network(LiteXModule):
         Of `sys` in Hz, for ARP's timeouts.
     with_icmp : bool
         Answer a ping. Nothing else needs it.
+    pipelined : bool
+        Registers for ready between the protocols, for a system clock of more than 60 MHz on an ECP5: some 300 LUTs.
     """
-    def __init__(self, phy, mac_address, ip_address, clk_freq, with_icmp=True):
+    def __init__(self, phy, mac_address, ip_address, clk_freq, with_icmp=True, pipelined=False):
         self.ip_address = ip_address = convert_ip(ip_address)
-        self.mac  = MAC(phy)
+        self.mac  = MAC(phy, pipelined)
         self.arp  = LiteEthARP(self.mac, mac_address, ip_address, clk_freq, entries=4, dw=WORD_BITS)
-        self.ip   = IP(self.mac, mac_address, ip_address, self.arp.table)
+        self.ip   = IP(self.mac, mac_address, ip_address, self.arp.table, pipelined)
         if with_icmp:
             self.icmp = LiteEthICMP(self.ip, ip_address, dw=WORD_BITS)
         self.udp  = LiteEthUDP(self.ip, ip_address, dw=WORD_BITS)

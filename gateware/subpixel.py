@@ -30,7 +30,7 @@ class Neighbours(LiteXModule):
             ("below", bits), # Cost of the lane below the winner's.
             ("above", bits), # Cost of the lane above.
         ])                   # Pipeline.
-        self.latency = 3
+        self.latency = 4
 
         # # #
 
@@ -40,12 +40,14 @@ class Neighbours(LiteXModule):
             below.eq(self.sink.index - 1),
             above.eq(self.sink.index + 1),
         ]
+        # A register first: the number of a lane reaches all costs.
+        costs  = delayed(self, self.sink.costs, 1)
         chosen = []
         for bank in range(4):
-            values = lanes_of(self.sink.costs, lanes)[bank::4]
-            number = Signal(max=len(values))
+            values = lanes_of(costs, lanes)[bank::4]
+            number = Signal(max=len(values), reset_less=True)
             halves = []
-            self.comb += number.eq(Mux(below[:2] == bank, below[2:], above[2:]))
+            self.sync += number.eq(Mux(below[:2] == bank, below[2:], above[2:]))
             # In two steps, of four lanes each and then of what they give.
             for begin in range(0, len(values), 4):
                 half = Signal(bits, reset_less=True)
@@ -56,7 +58,7 @@ class Neighbours(LiteXModule):
                 {step: value.eq(half) for step, half in enumerate(halves)} | {"default": value.eq(halves[-1])})
             chosen.append(value)
         for name, lane in [("below", below), ("above", above)]:
-            self.sync += Case(delayed(self, lane[:2], 2),
+            self.sync += Case(delayed(self, lane[:2], 3),
                 {bank: getattr(self.source, name).eq(value) for bank, value in enumerate(chosen)})
         self.comb += self.source.valid.eq(delayed(self, self.sink.valid, self.latency))
 

@@ -19,7 +19,7 @@ class FrameLinkMixin:
     """Gives a LiteX SoC the method `add_frame_link`: `class MySoC(FrameLinkMixin, SoCCore)`."""
 
     def add_frame_link(self, phy, name="frame_link", mac_address=MAC_ADDRESS, ip_address=IP_ADDRESS, udp_port=UDP_PORT,
-        max_chunks=1024, memory=None, burst_bytes=128, streaming=None, with_icmp=True):
+        max_chunks=1024, memory=None, burst_bytes=128, streaming=None, with_icmp=True, pipelined=False):
         """Add the way of frames between Ethernet and memory: LiteEth's UDP core, and a `FrameLink` behind it.
 
         Parameters
@@ -40,6 +40,8 @@ class FrameLinkMixin:
             Build the way of streamed frames from the wire through the matcher `stereo` and back; by default if there is one.
         with_icmp : bool
             Answer a ping.
+        pipelined : bool
+            See `Network`.
         """
         self.check_if_exists(name)
         stereo = getattr(self, "stereo", None)
@@ -47,7 +49,7 @@ class FrameLinkMixin:
             streaming = stereo is not None
         if memory is None:
             memory = BusPorts(self, name)
-        network = Network(phy, mac_address, ip_address, self.clk_freq, with_icmp)
+        network = Network(phy, mac_address, ip_address, self.clk_freq, with_icmp, pipelined)
         link    = FrameLink(
             read_port   = memory.get_port(mode="read"),
             write_port  = memory.get_port(mode="write"),

@@ -119,6 +119,7 @@ class BoardSoC(StereoSoC):
                 burst_bytes = self.burst_bytes,
                 streaming   = self.preset.streaming,
                 with_icmp   = self.preset.with_icmp,
+                pipelined   = self.preset.sys_clk_freq > 60000000,
             )
 
     def add_bus_registers(self):

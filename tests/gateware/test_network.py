@@ -62,7 +62,8 @@ class Device(LiteXModule):
     """All of it with a memory, and the wire as bytes."""
     def __init__(self, with_preamble_crc: bool) -> None:
         self.wire    = wire = Wire(with_preamble_crc)
-        self.network = Network(wire, MAC_ADDRESS, IP_ADDRESS, clk_freq=1000000)
+        # Either form of the network, with one kind of wire each.
+        self.network = Network(wire, MAC_ADDRESS, IP_ADDRESS, clk_freq=1000000, pipelined=with_preamble_crc)
         self.ram     = ram  = WideRAM(1 << 15)
         self.link    = link = FrameLink(ram.get_port("read"), ram.get_port("write"), self.network.ip_address, UDP_PORT,
                                         with_csr=False)
