@@ -9,13 +9,18 @@ from litex.gen import *
 
 from litex.soc.cores.bitbang import SPIMaster
 
+from litedram.common          import LiteDRAMNativePort
 from litedram.core.controller import ControllerSettings
 
 from ...gateware.bus_register import BusRegister
+from ...gateware.network      import add_register
 from ..stereo_soc              import StereoSoC
 
 ROM_BYTES  = 4*1024 # Of the boot program.
 SRAM_BYTES = 4*1024 # Stack.
+
+# Up to this clock an ECP5 of speed grade 6 does without the registers that cost LUTs.
+UNPIPELINED_HZ = 60000000
 
 # Turning the bus from reading to writing and back costs ten clocks: let each side finish its burst.
 SDR_SETTINGS = ControllerSettings(read_time=256, write_time=128)
@@ -73,7 +78,8 @@ class BoardSoC(StereoSoC):
     flash_image_bytes = FLASH_IMAGE_BYTES
 
     def __init__(self, preset, platform=None, sys_clk_freq=None, **kwargs):
-        self.preset = preset
+        self.preset    = preset
+        self.pipelined = preset.sys_clk_freq > UNPIPELINED_HZ
         soc_kwargs  = dict(
             cpu_variant          = preset.cpu_variant,
             uart_baudrate        = 1000000,
@@ -92,6 +98,8 @@ class BoardSoC(StereoSoC):
             burst_bytes    = preset.burst_bytes,
             **soc_kwargs)
         self.add_bus_registers()
+        if self.pipelined:
+            self.add_memory_registers()
         self.add_flash()
 
     # What StereoSoC asks for ----------------------------------------------------------------------
@@ -119,7 +127,7 @@ class BoardSoC(StereoSoC):
                 burst_bytes = self.burst_bytes,
                 streaming   = self.preset.streaming,
                 with_icmp   = self.preset.with_icmp,
-                pipelined   = self.preset.sys_clk_freq > 60000000,
+                pipelined   = self.pipelined,
             )
 
     def add_bus_registers(self):
@@ -129,6 +137,20 @@ class BoardSoC(StereoSoC):
                 register = BusRegister(master)
                 self.add_module(name=f"{name}_register", module=register)
                 self.bus.masters[name] = register.bus
+
+    def add_memory_registers(self):
+        """A register between each port of LiteDRAM's crossbar and its commands: in the clock in which they pick a bank and
+        wait for it, nothing else is decided."""
+        masters = self.sdram.crossbar.masters
+        for number, port in enumerate(masters):
+            inner = masters[number] = LiteDRAMNativePort(port.mode, port.address_width, port.data_width, id=port.id)
+            add_register(self, port.cmd, inner.cmd)
+            self.comb += [
+                port.wdata.connect(inner.wdata),
+                inner.rdata.connect(port.rdata),
+                inner.flush.eq(port.flush),
+                port.lock.eq(inner.lock),
+            ]
 
     def add_flash(self):
         """The flash of bitstream and firmware, at pins that the CPU drives itself: it is read once."""
