@@ -24,8 +24,9 @@
 #include "tcp_uart.h"
 #include "udp_wire.h"
 
-/* Where the frame memory lies: registers hold 32-bit addresses, so it has to be below 4 GiB. */
-#define MEMORY_BASE 0x40000000u
+/* Where the frame memory lies: registers hold 32-bit addresses, so it has to be below 4 GiB; the kernel may begin the heap
+ * of a program that is not position-independent anywhere in the first GiB behind it. */
+#define MEMORY_BASE 0x50000000u
 
 static struct {
     app_t    app;
