@@ -8,32 +8,9 @@
 
 #include <cstdint>
 
-#include "verilated.h"
-#include "ports.h"
-
-double sc_time_stamp() { return 0; }
-
-struct Core {
-    VerilatedContext context;
-    Model model{&context};
-};
+#include "core.h"
 
 extern "C" {
-
-Core *core_new(void)
-{
-    Core *core = new Core;
-    core->model.sys_rst = 0;
-    core->model.sys_clk = 0;
-    core->model.eval();
-    return core;
-}
-
-void core_free(Core *core)
-{
-    core->model.final();
-    delete core;
-}
 
 void core_set(Core *core, uint32_t port, const uint32_t *words)
 {
@@ -52,10 +29,7 @@ void core_eval(Core *core)
 
 void core_clock(Core *core)
 {
-    core->model.sys_clk = 1;
-    core->model.eval();
-    core->model.sys_clk = 0;
-    core->model.eval();
+    core->clock();
 }
 
 }  // extern "C"

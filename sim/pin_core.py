@@ -13,7 +13,8 @@ from collections.abc import Mapping
 from litex.gen import LiteXModule
 from migen import Signal
 
-from .verilated import PortsTop, build_library
+from .verilated import PortsTop
+from .verilated_core import VerilatedCore
 
 
 def ports_header(ports: Mapping[str, int]) -> str:
@@ -38,7 +39,7 @@ def ports_header(ports: Mapping[str, int]) -> str:
         "    switch (port) {", *getters, "    }", "}", ""])
 
 
-class PinCore:
+class PinCore(VerilatedCore):
     """A core as Verilator runs it, one clock at a time.
 
     Parameters
@@ -58,10 +59,7 @@ class PinCore:
         widths       = {"sys_rst": 1} | pins
         self._ports  = {name: index for index, name in enumerate(widths)}
         self._words  = {name: (ctypes.c_uint32*-(-bits//32))() for name, bits in widths.items()}
-        library      = ctypes.CDLL(str(build_library(top, ports_header(widths), "pin_bench.cpp")))
-        library.core_new.restype = ctypes.c_void_p
-        self._library = library
-        self._core    = ctypes.c_void_p(library.core_new())
+        VerilatedCore.__init__(self, top, ports_header(widths), "pin_bench.cpp")
         self.reset()
 
     def set(self, **values: int) -> None:
@@ -92,9 +90,3 @@ class PinCore:
         self.clock()
         self._drive("sys_rst", 0)
         self._library.core_eval(self._core)
-
-    def close(self) -> None:
-        """Free the model."""
-        if self._core:
-            self._library.core_free(self._core)
-            self._core = ctypes.c_void_p(None)

@@ -9,10 +9,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "verilated.h"
-#include "ports.h"
-
-double sc_time_stamp() { return 0; }
+#include "core.h"
 
 namespace {
 
@@ -26,19 +23,6 @@ struct Random {
         state ^= state << 25;
         state ^= state >> 27;
         return ((state * 0x2545f4914f6cdd1dull) >> 40) % 1000 < per_mille;
-    }
-};
-
-struct Core {
-    VerilatedContext context;
-    Model model{&context};
-
-    void clock()
-    {
-        model.sys_clk = 1;
-        model.eval();
-        model.sys_clk = 0;
-        model.eval();
     }
 };
 
@@ -65,21 +49,6 @@ struct Run {
     uint64_t clocks;      // From the first item offered to the last one captured.
     uint64_t probe_clock; // From the first item offered to the capture of `probe`.
 };
-
-Core *core_new(void)
-{
-    Core *core = new Core;
-    core->model.sys_rst = 0;
-    core->model.sys_clk = 0;
-    core->model.eval();
-    return core;
-}
-
-void core_free(Core *core)
-{
-    core->model.final();
-    delete core;
-}
 
 void core_set(Core *core, uint32_t setting, uint32_t value)
 {

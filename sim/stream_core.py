@@ -15,7 +15,8 @@ import numpy as np
 from migen import Cat
 from numpy.typing import NDArray
 
-from .verilated import PortsTop, build_library
+from .verilated import PortsTop
+from .verilated_core import VerilatedCore
 
 
 class StreamTop(PortsTop):
@@ -96,7 +97,7 @@ class RunResult:
     probe_clock: int           #: likewise to the item asked for
 
 
-class StreamCore:
+class StreamCore(VerilatedCore):
     """A stream core as Verilator runs it.
 
     Parameters
@@ -119,23 +120,14 @@ class StreamCore:
                             for side in ("sink", "source")}
         self.sink_words   = -(-bits["sink"]//32)
         self.source_words = -(-bits["source"]//32)
-        library           = build_library(top, ports_header(bits["sink"], bits["source"], settings, status),
-                                          "stream_bench.cpp")
-        self._library     = ctypes.CDLL(str(library))
-        self._library.core_new.restype  = ctypes.c_void_p
-        for name, types in [("core_free", []), ("core_reset", []), ("core_run", [ctypes.POINTER(_Run)]),
+        VerilatedCore.__init__(self, top, ports_header(bits["sink"], bits["source"], settings, status),
+                               "stream_bench.cpp")
+        for name, types in [("core_reset", []), ("core_run", [ctypes.POINTER(_Run)]),
                             ("core_set", [ctypes.c_uint32, ctypes.c_uint32]), ("core_get", [ctypes.c_uint32])]:
             function          = getattr(self._library, name)
             function.restype  = ctypes.c_uint32 if name == "core_get" else None
             function.argtypes = [ctypes.c_void_p, *types]
-        self._core = self._library.core_new()
         self.reset()
-
-    def close(self) -> None:
-        """Free the model."""
-        if self._core:
-            self._library.core_free(self._core)
-            self._core = None
 
     def reset(self) -> None:
         """One clock of reset."""

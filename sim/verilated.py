@@ -7,6 +7,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import subprocess
 from pathlib import Path
@@ -21,6 +22,9 @@ from .paths import SIM_DIR, build_directory, built_once, content_key
 VERILATOR_OPTIONS = ["--cc", "--exe", "-O3", "--x-assign", "fast", "--x-initial", "fast", "--noassert",
                      "-Wno-fatal", "-Wno-WIDTH", "-Wno-CASEINCOMPLETE", "--top-module", "core",
                      "-CFLAGS", "-O2 -fPIC", "-LDFLAGS", "-shared", "-o", "core.so"]
+
+#: What a model counts while it runs, by `LITESTEREO_COVERAGE`. Toggles make one a hundred times slower.
+COVERAGE_OPTIONS = {"": [], "line": ["--coverage-line"], "toggle": ["--coverage-line", "--coverage-toggle"]}
 
 
 class PortsTop(LiteXModule):
@@ -57,19 +61,19 @@ def build_library(top: PortsTop, header: str, bench: str) -> Path:
         Verilator or the compiler failed; the message names the log.
     """
     source  = with_garbage(str(verilog.convert(top, ios=top.ios, name="core")))
-    program = (SIM_DIR / bench).read_text()
+    sources = {name: (SIM_DIR / name).read_text() for name in ("core.h", bench)} | {"ports.h": header}
+    options = [*VERILATOR_OPTIONS, *COVERAGE_OPTIONS[os.environ.get("LITESTEREO_COVERAGE", "")]]
     version = subprocess.run(["verilator", "--version"], check=True, capture_output=True, text=True).stdout
     # Comments hold the date.
     logic   = re.sub(r"^//.*$", "", source, flags=re.MULTILINE)
-    key     = content_key([logic, header, program, version, *VERILATOR_OPTIONS])
+    key     = content_key([logic, *sources.values(), version, *options])
 
     def build(folder: Path) -> None:
-        (folder / "core.v").write_text(source)
-        (folder / "ports.h").write_text(header)
-        (folder / bench).write_text(program)
+        for name, text in {"core.v": source, **sources}.items():
+            (folder / name).write_text(text)
         log = folder / "build.log"
         with open(log, "w") as file:
-            for command in [["verilator", *VERILATOR_OPTIONS, "-CFLAGS", f"-I{folder}", "core.v", bench],
+            for command in [["verilator", *options, "-CFLAGS", f"-I{folder}", "core.v", bench],
                             ["make", "-s", "-j2", "-C", "obj_dir", "-f", "Vcore.mk"]]:
                 status = subprocess.run(command, cwd=folder, stdout=file, stderr=file, check=False).returncode
                 if status:

@@ -1,0 +1,98 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""Which lines of the gateware's Verilog the tests have run, and which bits have gone up and down, as Verilator counts."""
+
+from __future__ import annotations
+
+import functools
+import re
+from collections import Counter
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from litestereo.sim.paths import build_directory
+
+#: Percent of the lines that have to be run.
+LINES_FLOOR = 95.0
+
+
+@dataclass(frozen=True, order=True)
+class Line:
+    """A line of a core's Verilog, the same one in all of its models."""
+    text:   str
+    number: int #: of the lines with this text, counted from 0
+
+
+@dataclass
+class Core:
+    """Counts of one core, summed over its models: one is built for each set of parameters that the tests use."""
+    name:     str
+    models:   set[str]                   = field(default_factory=set)
+    lines:    Counter[Line]              = field(default_factory=Counter)
+    branches: Counter[tuple[Line, str]]  = field(default_factory=Counter) #: with "if" or "else"
+    toggles:  Counter[str]               = field(default_factory=Counter) #: bits, each with its direction
+
+    @property
+    def missed(self) -> list[Line]:
+        """What was not run."""
+        return sorted(line for line, count in self.lines.items() if not count)
+
+
+def run(counts: Counter) -> int:
+    """How many have been run at all."""
+    return sum(count > 0 for count in counts.values())
+
+
+def _record(text: str) -> tuple[dict[str, str], int]:
+    # `C '<1>key<2>value<1>key<2>value...' count`
+    fields, count = text.rsplit("' ", 1)
+    return dict(part.split("\2", 1) for part in fields[3:].split("\1")[1:]), int(count)
+
+
+def _numbers(spans: str) -> list[int]:
+    # "4-6,9": lines 4, 5, 6 and 9.
+    ends = [[int(end) for end in span.split("-")] for span in spans.split(",") if span]
+    return [line for end in ends for line in range(end[0], end[-1] + 1)]
+
+
+@functools.cache
+def _verilog(model: str) -> list[Line]:
+    seen: Counter[str] = Counter()
+    lines  = []
+    source = (build_directory() / "cosim" / model / "core.v").read_text()
+    # Widths are parameters: `4'd0` and `5'd0` are the same 0.
+    for text in map(str.strip, re.sub(r"\b\d+'", "'", source).splitlines()):
+        lines.append(Line(text, seen[text]))
+        seen[text] += 1
+    return lines
+
+
+def read(folder: Path) -> dict[str, Core]:
+    """What the models have counted: in `folder` a folder per core, in it one per model, in it a file per run."""
+    cores: dict[str, Core] = {}
+    for path in sorted(folder.glob("*/*/*.dat")):
+        core  = cores.setdefault(path.parts[-3], Core(path.parts[-3]))
+        lines = _verilog(path.parts[-2])
+        core.models.add(path.parts[-2])
+        for text in path.read_text().splitlines():
+            if not text.startswith("C "):
+                continue
+            point, count = _record(text)
+            if point["page"].startswith("v_toggle"):
+                core.toggles[point["o"]] += count
+                continue
+            if point["page"].startswith("v_branch"):
+                core.branches[lines[int(point["l"]) - 1], point["o"]] += count
+            # An else that is not written has no lines.
+            for number in _numbers(point.get("S", "")):
+                core.lines[lines[number - 1]] += count
+    return cores
+
+
+def percent(cores: dict[str, Core]) -> float:
+    """Share of the lines of all cores that were run."""
+    whole = sum(len(core.lines) for core in cores.values())
+    return 100*sum(run(core.lines) for core in cores.values())/whole if whole else 0.0
