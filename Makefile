@@ -97,6 +97,9 @@ formal: ## Prove what the streams, the DMA and the registers of the gateware pro
 mutation: install ## Break the gateware in 50 small ways, and see whether the tests of the broken core notice
 	@PYTHONPATH=tests $(PYTHON) -m mutation
 
+lock: ## Write .ci/lock: the release of every Python package, with the hashes of its files (needs a network)
+	@.ci/relock
+
 lint: install ## Check style and types
 	@$(PYTHON) -m ruff check .
 	@$(PYTHON) -m mypy
@@ -105,4 +108,4 @@ clean: ## Remove everything that was built, but not .venv
 	rm -rf build
 
 .PHONY: help install demo test sim example bench resources network thesis boards bitstream load flash boards-sim \
-	boards-check boards-doc sweep fuzz formal mutation lint clean
+	boards-check boards-doc sweep fuzz formal mutation lock lint clean
