@@ -66,7 +66,9 @@ def needs(requirements, python):
         except PackageNotFoundError: # This Python does not need it.
             continue
         for one in map(Requirement, lines):
-            if one.marker is None or any(one.marker.evaluate(environment | {"extra": extra}) for extra in ("", *extras)):
+            chosen = one.marker is None or any(one.marker.evaluate(environment | {"extra": extra})
+                                               for extra in ("", *extras))
+            if chosen:
                 queue.append((canonicalize_name(one.name), frozenset(one.extras)))
     return {name for name, _ in seen}
 
