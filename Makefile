@@ -84,6 +84,9 @@ boards-doc: ## Write docs/boards.md from the bitstreams that are built
 reproduce: install ## Build the firmware twice, from copies of all sources in two folders, and compare the binaries
 	@$(PYTHON) -m litestereo.sim.reproduce
 
+sbom: install ## Write docs/sbom.cdx.json and docs/licences.md: what the products are made of, and its licences
+	@$(PYTHON) -m litestereo.sim.sbom
+
 sweep: install ## Compare the matcher with cv2.StereoBM at 2000 settings instead of 200
 	@LITESTEREO_SETTINGS=2000 $(PYTHON) -m pytest -n $(JOBS) --dist loadgroup tests/gateware/test_opencv.py
 
@@ -111,4 +114,4 @@ clean: ## Remove everything that was built, but not .venv
 	rm -rf build
 
 .PHONY: help install demo test sim example bench resources network thesis boards bitstream load flash boards-sim \
-	boards-check boards-doc reproduce sweep fuzz formal mutation lock lint clean
+	boards-check boards-doc reproduce sbom sweep fuzz formal mutation lock lint clean
