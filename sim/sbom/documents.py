@@ -9,9 +9,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from license_expression import get_spdx_licensing
-
 from .components import BITSTREAM, FIRMWARE, HOST_TOOLS, LOCK, Component
+from .licences import spdx
 
 PRODUCTS = {
     BITSTREAM:  "What the Verilog is made of. Yosys and nextpnr make a bitstream of it.",
@@ -31,7 +30,7 @@ the same in CycloneDX, with hashes. Versions are those of `{lock}`. LiteStereo i
 
 def licence_choice(expression: str) -> dict:
     """An SPDX expression as CycloneDX has it: an identifier, or an expression of several."""
-    simple = len(get_spdx_licensing().license_keys(expression)) == 1 and not expression.startswith("LicenseRef-")
+    simple = len(spdx().license_keys(expression)) == 1 and not expression.startswith("LicenseRef-")
     return {"license": {"id": expression}} if simple else {"expression": expression}
 
 

@@ -7,9 +7,10 @@
 
 from __future__ import annotations
 
+from functools import cache
 from importlib.metadata import Distribution
 
-from license_expression import get_spdx_licensing
+from license_expression import Licensing, get_spdx_licensing
 
 #: Classifiers and texts of the field License that stand for one licence alone; those of BSD do not say which.
 NAMES = {
@@ -41,16 +42,21 @@ READ = {
     "pythondata-software-compiler-rt": ("NCSA OR MIT", "pythondata_software_compiler_rt/data/LICENSE.TXT"),
     # Of the files that are linked: Picolibc's and AVR Libc's, SiFive's, Newlib's, and Cygnus' string functions.
     "pythondata-software-picolibc":    ("BSD-3-Clause AND BSD-2-Clause AND LicenseRef-Cygnus",
-                                        "pythondata_software_picolibc/data/COPYING.NEWLIB", "newlib/libc/string/memchr.c"),
+                                        "pythondata_software_picolibc/data/COPYING.NEWLIB",
+                                        "newlib/libc/string/memchr.c"),
     "zict":                            ("BSD-3-Clause", "LICENSE.txt"),
 }
 
 
+@cache
+def spdx() -> Licensing:
+    """The identifiers of SPDX; reading them takes a second."""
+    return get_spdx_licensing()
+
+
 def is_spdx(expression: str) -> bool:
     """Whether an expression is made of SPDX's identifiers, or of `LicenseRef-` for a text without one."""
-    licensing = get_spdx_licensing()
-    unknown   = licensing.unknown_license_keys(expression)
-    return all(key.startswith("LicenseRef-") for key in unknown)
+    return all(key.startswith("LicenseRef-") for key in spdx().unknown_license_keys(expression))
 
 
 def licence(package: Distribution, name: str) -> tuple[str, str]:
