@@ -81,6 +81,12 @@ boards-doc: ## Write docs/boards.md from the bitstreams that are built
 	@.ci/install fpga
 	@$(PYTHON) -m litestereo.soc.boards.report
 
+reproduce: install ## Build the firmware twice, from copies of all sources in two folders, and compare the binaries
+	@$(PYTHON) -m litestereo.sim.reproduce
+
+sbom: install ## Write docs/sbom.cdx.json and docs/licences.md: what the products are made of, and its licences
+	@$(PYTHON) -m litestereo.sim.sbom
+
 sweep: install ## Compare the matcher with cv2.StereoBM at 2000 settings instead of 200
 	@LITESTEREO_SETTINGS=2000 $(PYTHON) -m pytest -n $(JOBS) --dist loadgroup tests/gateware/test_opencv.py
 
@@ -97,6 +103,9 @@ formal: ## Prove what the streams, the DMA and the registers of the gateware pro
 mutation: install ## Break the gateware in 50 small ways, and see whether the tests of the broken core notice
 	@PYTHONPATH=tests $(PYTHON) -m mutation
 
+lock: ## Write .ci/lock: the release of every Python package, with the hashes of its files (needs a network)
+	@.ci/relock
+
 lint: install ## Check style and types
 	@$(PYTHON) -m ruff check .
 	@$(PYTHON) -m mypy
@@ -105,4 +114,4 @@ clean: ## Remove everything that was built, but not .venv
 	rm -rf build
 
 .PHONY: help install demo test sim example bench resources network thesis boards bitstream load flash boards-sim \
-	boards-check boards-doc sweep fuzz formal mutation lint clean
+	boards-check boards-doc reproduce sbom sweep fuzz formal mutation lock lint clean

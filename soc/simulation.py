@@ -138,8 +138,8 @@ SOCS = {"integrated-ram": IntegratedRAMSoC, "sdram": SDRAMSoC}
 
 # Build --------------------------------------------------------------------------------------------
 
-def build(memory, output_dir, matcher, modules_dir):
-    """Build simulator and libraries.
+def generate(memory, output_dir, matcher, modules_dir):
+    """Write the sources of a simulator, and build the libraries for its firmware; returns the folder of its gateware.
 
     Parameters
     ----------
@@ -169,8 +169,10 @@ def build(memory, output_dir, matcher, modules_dir):
         extra_mods_path = modules_copy,
         opt_level       = "O3",
     )
-    subprocess.run(["bash", "build_sim.sh"], cwd=builder.gateware_dir, check=True)
+    return builder.gateware_dir
 
 if __name__ == "__main__":
-    memory, output_dir, matcher, modules_dir = sys.argv[1:]
-    build(memory, output_dir, json.loads(matcher), modules_dir)
+    memory, output_dir, matcher, modules_dir, *options = sys.argv[1:]
+    gateware_dir = generate(memory, output_dir, json.loads(matcher), modules_dir)
+    if options != ["--no-simulator"]:
+        subprocess.run(["bash", "build_sim.sh"], cwd=gateware_dir, check=True)

@@ -8,11 +8,12 @@
 from __future__ import annotations
 
 import json
+import shutil
 import subprocess
 from pathlib import Path
 
 from ...sim.paths import build_directory
-from ..synthesis import ToolError, tool
+from ..synthesis import ToolError
 from . import soc_class
 
 def built(board: str) -> Path:
@@ -23,10 +24,9 @@ def built(board: str) -> Path:
     return folder
 
 def run_loader(board: str, *arguments: str) -> None:
-    """Run openFPGALoader for a board; what it says goes to the terminal."""
-    program = tool("openfpgaloader-cli")
-    if subprocess.run([program, "--Version"], capture_output=True, check=False).returncode:
-        raise ToolError("openFPGALoader does not start: install the packages libusb-1.0-0 and libftdi1-2")
+    """Run openFPGALoader for a board; what it says goes to the terminal. Raises ToolError if it fails."""
+    if (program := shutil.which("openFPGALoader")) is None:
+        raise ToolError("openFPGALoader is not installed: run .ci/install fpga")
     if subprocess.run([program, "--board", soc_class(board).loader, *arguments], check=False).returncode:
         raise ToolError(f"openFPGALoader did not reach the {board}: is it connected, and may you use its USB device?")
 

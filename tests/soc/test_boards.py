@@ -8,6 +8,8 @@
 from __future__ import annotations
 
 import json
+import re
+import shutil
 import zlib
 
 import pytest
@@ -129,24 +131,45 @@ def test_target_that_fails(monkeypatch, capsys):
     assert capsys.readouterr().err == "ulx3s: error: what is wrong\n"
 
 
+def program(folder, text):
+    """A shell script named openFPGALoader in `folder`."""
+    path = folder / "openFPGALoader"
+    path.write_text(f"#!/bin/sh\n{text}\n")
+    path.chmod(0o755)
+
+
 def test_flash(tmp_path, monkeypatch):
     """The bitstream goes to the start of the flash, each image to its place; the board is the one that was named."""
     monkeypatch.setattr(loader, "build_directory", lambda: tmp_path)
+    monkeypatch.setenv("PATH", str(tmp_path))
     calls = tmp_path / "calls"
-    tool  = tmp_path / "openfpgaloader-cli"
-    tool.write_text(f"#!/bin/sh\necho \"$@\" >> {calls}\n")
-    tool.chmod(0o755)
-    monkeypatch.setattr(loader, "tool", lambda name: str(tool))
     with pytest.raises(ToolError, match="is not built"):
         loader.flash("colorlight_i5")
     folder = tmp_path / "colorlight_i5"
     folder.mkdir()
     (folder / "report.json").write_text(json.dumps(built("colorlight_i5")))
+    with pytest.raises(ToolError, match="not installed: run .ci/install fpga"):
+        loader.flash("colorlight_i5")
+    program(tmp_path, f'echo "$@" >>{calls}')
     loader.flash("colorlight_i5")
-    assert [line for line in calls.read_text().splitlines() if line != "--Version"] == [
+    assert calls.read_text().splitlines() == [
         f"--board colorlight-i5 --write-flash {folder}/colorlight_i5.bit",
         f"--board colorlight-i5 --write-flash --offset 4096 {folder}/firmware.bin",
         f"--board colorlight-i5 --write-flash --offset 5120 {folder}/firmware.bin"]
-    tool.write_text("#!/bin/sh\nexit 127\n")
-    with pytest.raises(ToolError, match="libftdi1-2"):
+    program(tmp_path, "exit 1")
+    with pytest.raises(ToolError, match="is it connected"):
         loader.load("colorlight_i5")
+
+
+@pytest.mark.skipif(shutil.which("openFPGALoader") is None, reason="needs openFPGALoader: .ci/install fpga")
+@pytest.mark.parametrize("board", BOARDS)
+def test_no_board(board, tmp_path, monkeypatch, capfd):
+    """The real openFPGALoader knows the board's name and its probe: what it misses is the device."""
+    monkeypatch.setattr(loader, "build_directory", lambda: tmp_path)
+    (tmp_path / board).mkdir()
+    (tmp_path / board / "report.json").write_text(json.dumps(built(board)))
+    (tmp_path / board / f"{board}.bit").write_bytes(bytes(1000))
+    assert target.main(board, ["--load"]) == 1
+    said = capfd.readouterr()
+    assert f"{board}: error: openFPGALoader did not reach the {board}: is it connected" in said.err
+    assert re.search("No device found|device not found", said.out + said.err)

@@ -1,0 +1,70 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""The firmware is the same, bit for bit, wherever and whenever it is built, and of libraries that are accounted for.
+
+Built twice here by the same LiteX libraries; `make reproduce` builds those twice as well.
+"""
+
+import re
+import shutil
+
+import pytest
+
+from litestereo.firmware import FIRMWARE_DIR
+from litestereo.sim.build import build_firmware, build_soc
+from litestereo.sim.reproduce import BUILDS, build_program, sha256
+from litestereo.sim.sbom.components import LIBRARIES
+
+pytestmark = [pytest.mark.system, pytest.mark.xdist_group("integrated-ram")]
+
+
+@pytest.fixture(scope="module")
+def soc():
+    return build_soc()
+
+
+def sums(soc, folder, change=None):
+    """Checksums of firmware built of copies of its sources, in two folders; `change` alters a copy first."""
+    found = []
+    for place, environment in BUILDS:
+        sources = folder / place / "sources"
+        shutil.copytree(FIRMWARE_DIR, sources)
+        if change:
+            change(sources)
+        build_program(sources / "Makefile", soc, folder / place / "output", environment)
+        found.append(sha256(folder / place / "output" / "litestereo.bin"))
+    return found
+
+
+def test_same(soc, tmp_path):
+    """Both are the firmware that the checkout gives."""
+    assert set(sums(soc, tmp_path)) == {sha256(build_firmware(soc))}
+
+
+def replace(name, old, new):
+    """A change of a source file."""
+    def change(sources):
+        text = (sources / name).read_text()
+        assert old in text
+        (sources / name).write_text(text.replace(old, new))
+    return change
+
+
+@pytest.mark.parametrize("change", [
+    replace("Makefile", "-fmacro-prefix-map=$(FIRMWARE_DIR)/=", ""),
+    replace("app/console.c", '"name: %s\\n"', '"name: %s " __DATE__ "\\n"'),
+], ids=["path", "date"])
+def test_different(soc, tmp_path, change):
+    """A path or a date in the firmware does not go unnoticed."""
+    first, second = sums(soc, tmp_path, change)
+    assert first != second
+
+
+def test_libraries(soc):
+    """What the linker took is from libraries of the bill of materials; libgcc is not among them."""
+    linked = set(re.findall(r"(lib\w+)\.a\(", (build_firmware(soc).parent / "litestereo.elf.map").read_text()))
+    assert linked - {"liblitestereo"} <= set(LIBRARIES)
+    assert {"libbase", "libc", "libcompiler_rt"} <= linked

@@ -1,0 +1,148 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""What is installed is what was locked: .ci/lock holds every package with its hashes, and .ci/install checks them."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import re
+import shutil
+import subprocess
+import tomllib
+import zipfile
+from importlib.metadata import PackageNotFoundError, distribution
+from pathlib import Path
+
+import pytest
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
+
+CHECKOUT = Path(__file__).parents[1]
+LOCKS    = CHECKOUT / ".ci" / "lock"
+PROJECT  = tomllib.loads((CHECKOUT / "pyproject.toml").read_text())
+PYTHONS  = ("3.11", "3.12", "3.13", "3.14")
+
+#: Requirements of each lock.
+WANTED = {"build": PROJECT["build-system"]["requires"],
+          "test": [*PROJECT["project"]["dependencies"], *PROJECT["project"]["optional-dependencies"]["test"]],
+          **{extra: PROJECT["project"]["optional-dependencies"][extra] for extra in ("fpga", "formal", "lock")}}
+
+
+def locked(text):
+    """Requirement and hashes of each package in a lock, by its name."""
+    packages = {}
+    for block in re.split(r"\n(?=\w)", re.sub(r"(?m)^ *#.*\n?", "", text)):
+        requirement, *hashes = block.replace("\\\n", "").split("--hash=sha256:")
+        requirement = Requirement(requirement.strip())
+        packages[canonicalize_name(requirement.name)] = (requirement, [one.strip() for one in hashes])
+    return packages
+
+
+def pins(names):
+    """Requirements, with those of our own extras in place of `litestereo[...]`."""
+    for requirement in map(Requirement, names):
+        if requirement.name == "litestereo":
+            for extra in requirement.extras:
+                yield from pins(PROJECT["project"]["optional-dependencies"][extra])
+        else:
+            yield requirement
+
+
+def needs(requirements, python):
+    """Names of all packages that `requirements` need with a Python on Linux, as those say that are installed."""
+    environment = {"python_version": python, "python_full_version": f"{python}.0", "sys_platform": "linux"}
+    seen, queue = set(), [(canonicalize_name(one.name), frozenset(one.extras)) for one in requirements]
+    while queue:
+        name, extras = key = queue.pop()
+        if key in seen:
+            continue
+        seen.add(key)
+        try:
+            lines = distribution(name).requires or []
+        except PackageNotFoundError: # This Python does not need it.
+            continue
+        for one in map(Requirement, lines):
+            chosen = one.marker is None or any(one.marker.evaluate(environment | {"extra": extra})
+                                               for extra in ("", *extras))
+            if chosen:
+                queue.append((canonicalize_name(one.name), frozenset(one.extras)))
+    return {name for name, _ in seen}
+
+
+def test_all_extras():
+    """Each extra is in a lock: its own, or that of the tests."""
+    extras = PROJECT["project"]["optional-dependencies"]
+    within = re.search(r"litestereo\[(.*)\]", extras["test"][0]).group(1).split(",")
+    assert set(extras) == set(WANTED) - {"build"} | set(within)
+    assert {path.stem for path in LOCKS.iterdir()} == set(WANTED)
+
+
+@pytest.mark.parametrize("name", WANTED)
+def test_pins(name):
+    """Every pin is in the lock at its version; every package there has one version, and hashes."""
+    packages = locked((LOCKS / f"{name}.txt").read_text())
+    assert packages
+    for requirement, hashes in packages.values():
+        assert re.fullmatch(r"==[^*]+", str(requirement.specifier)), requirement
+        assert hashes and all(re.fullmatch(r"[0-9a-f]{64}", one) for one in hashes), requirement
+    for pin in pins(WANTED[name]):
+        requirement, _ = packages[canonicalize_name(pin.name)]
+        assert requirement.specifier == pin.specifier, f"{pin} is not what .ci/lock/{name}.txt has: run make lock"
+
+
+def test_one_release():
+    """A package that stands in two locks is the same release in both."""
+    releases = {}
+    for name in WANTED:
+        for package, (requirement, hashes) in locked((LOCKS / f"{name}.txt").read_text()).items():
+            assert releases.setdefault(package, (requirement.specifier, hashes)) == (requirement.specifier, hashes)
+
+
+@pytest.mark.parametrize("python", PYTHONS)
+def test_complete(python):
+    """The installer installs what the lock names alone, so all that is needed has to be there, for each Python."""
+    packages = locked((LOCKS / "test.txt").read_text())
+    for name in needs(pins(WANTED["test"]), python):
+        marker = packages[name][0].marker
+        assert marker is None or marker.evaluate({"python_version": python, "python_full_version": f"{python}.0"}), name
+
+
+def wheel(folder, name):
+    """Write a wheel of a package without contents; returns its sha256."""
+    path = folder / f"{name}-1.0-py3-none-any.whl"
+    with zipfile.ZipFile(path, "w") as file:
+        for part, text in (("METADATA", f"Metadata-Version: 2.1\nName: {name}\nVersion: 1.0\n"),
+                           ("WHEEL", "Wheel-Version: 1.0\nRoot-Is-Purelib: true\nTag: py3-none-any\n"),
+                           ("RECORD", "")):
+            file.writestr(f"{name}-1.0.dist-info/{part}", text)
+    return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+def test_wrong_hash(tmp_path):
+    """.ci/install takes a file with the right hash, and stops at a wrong one."""
+    locks = tmp_path / ".ci" / "lock"
+    locks.mkdir(parents=True)
+    shutil.copy(CHECKOUT / ".ci" / "install", tmp_path / ".ci")
+    shutil.copy(CHECKOUT / "pyproject.toml", tmp_path)
+    right = wheel(tmp_path, "mortar")
+    wrong = right[::-1]
+    (locks / "build.txt").write_text(f"brick==1.0 --hash=sha256:{wheel(tmp_path, 'brick')}\n")
+    (locks / "test.txt").write_text(f"mortar==1.0 --hash=sha256:{wrong}\n")
+    result = subprocess.run([tmp_path / ".ci" / "install"], capture_output=True, text=True, check=False,
+                            env=os.environ | {"PIP_FIND_LINKS": str(tmp_path), "PIP_NO_INDEX": "1"})
+    assert result.returncode == 1
+    assert result.stderr.splitlines()[-1].startswith("install: the packages of .ci/lock/test.txt are not installed")
+    assert f"Expected sha256 {wrong}" in result.stderr
+    installed = {path.name for path in (tmp_path / ".venv").glob("lib/python*/site-packages/*-1.0.dist-info")}
+    assert installed == {"brick-1.0.dist-info"}
+    assert not (tmp_path / ".venv" / "installed").exists()
+
+
+def test_unknown_extra():
+    """A wrong name is refused before anything is installed."""
+    result = subprocess.run([CHECKOUT / ".ci" / "install", "tset"], capture_output=True, text=True, check=False)
+    assert (result.returncode, result.stderr) == (1, "install: unknown extra 'tset': choose fpga or formal\n")
