@@ -62,15 +62,13 @@ class MessageSorter(LiteXModule):
         # ---------------------------------------------------
         position     = Signal(max=MESSAGE_WORDS + 1) # Of the word that is next.
         header       = [Signal(32, name=f"header{n}") for n in range(HEADER_WORDS)]
-        upload       = Signal()
-        pairs        = Signal() # A chunk of pairs.
+        upload       = Signal() # The first word is a chunk's,
+        pairs        = Signal() # or that of a chunk of pairs; a clock later, as memory gives the word late in its own.
         own          = Signal() # The chunk comes from the session's peer.
         rounded      = Signal(12)
         last_payload = Signal(max=MESSAGE_WORDS + 1)
         payload_ends = Signal()
         self.comb += [
-            upload.eq(sink.data[16:] == (TYPE_UPLOAD << 8 | VERSION)),
-            pairs.eq((sink.data[16:] == (TYPE_PAIRS << 8 | VERSION)) & int(gate is not None)),
             table.chunk_frame_id.eq(header[3]),
             table.chunk_offset.eq(header[4]),
             table.chunk_length.eq(header[5]),
@@ -78,6 +76,8 @@ class MessageSorter(LiteXModule):
             payload_ends.eq(position == last_payload),
         ]
         self.sync += [
+            upload.eq(sink.data[16:] == (TYPE_UPLOAD << 8 | VERSION)),
+            pairs.eq((sink.data[16:] == (TYPE_PAIRS << 8 | VERSION)) & int(gate is not None)),
             If(moves,
                 Case(position, {n: header[n].eq(sink.data) for n in range(1, HEADER_WORDS)}),
                 position.eq(position + 1),
@@ -107,18 +107,21 @@ class MessageSorter(LiteXModule):
         self.fsm = fsm = FSM(reset_state="BEGIN")
         fsm.act("BEGIN",
             If(sink.valid,
-                If(~self.enable,
-                    NextState("DROP")
-                ).Elif(upload | pairs,
-                    NextValue(passing, pairs),
-                    NextState("HEADER")
-                ).Elif(waiting >= mailbox_entries,
-                    self.mailbox_full.eq(1),
-                    NextState("DROP")
-                ).Else(
-                    writer.start.eq(1),
-                    NextState("PEER")
-                )
+                NextState("SORT")
+            )
+        )
+        fsm.act("SORT",
+            If(~self.enable,
+                NextState("DROP")
+            ).Elif(upload | pairs,
+                NextValue(passing, pairs),
+                NextState("HEADER")
+            ).Elif(waiting >= mailbox_entries,
+                self.mailbox_full.eq(1),
+                NextState("DROP")
+            ).Else(
+                writer.start.eq(1),
+                NextState("PEER")
             )
         )
         fsm.act("DROP",

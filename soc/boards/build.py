@@ -135,7 +135,8 @@ def constraints(made: Sources) -> str:
 
 def options(made: Sources) -> list[str]:
     """nextpnr's options. Without --timing-allow-fail a clock that is too slow is an error."""
-    return [*made.board["nextpnr"], "--seed", str(made.board["preset"]["seed"])]
+    preset = made.board["preset"]
+    return [*made.board["nextpnr"], "--seed", str(preset["seed"]), "--placer-heap-beta", str(preset["density"])]
 
 def placement_key(made: Sources) -> str:
     """Hash of everything that goes into the bitstream."""
