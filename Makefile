@@ -89,6 +89,9 @@ fuzz: install ## Ten million datagrams into the firmware, a hundred thousand int
 	@$(LITESTEREO_BUILD)/fuzz/fuzz_udp 1 10000000
 	@LITESTEREO_DATAGRAMS=100000 $(PYTHON) -m pytest -q -rP tests/gateware/test_frame_link_fuzz.py
 
+coverage: install ## Measure what the tests in C run of the firmware, and refuse less than there has to be
+	@PYTHONPATH=tests $(PYTHON) -m covered.firmware
+
 formal: ## Prove what the streams, the DMA and the registers of the gateware promise, and refuse faulty ones
 	@.ci/install formal
 	@$(PYTHON) -m pytest -q tests/formal
@@ -105,4 +108,4 @@ clean: ## Remove everything that was built, but not .venv
 	rm -rf build
 
 .PHONY: help install demo test sim example bench resources network thesis boards bitstream load flash boards-sim \
-	boards-check boards-doc sweep fuzz formal mutation lint clean
+	boards-check boards-doc sweep fuzz coverage formal mutation lint clean
