@@ -12,6 +12,8 @@ RAM      ?= integrated-ram
 BOARD ?= colorlight_i5
 # Program of `make example`.
 NAME ?= hello_disparity
+# Seconds of each target of `make fuzz-firmware`.
+SECONDS ?= 60
 # What `make test` runs, and how many of the tests at once.
 TESTS ?= tests
 JOBS  ?= 2
@@ -21,7 +23,7 @@ export LITESTEREO_BUILD := $(CURDIR)/build
 .DEFAULT_GOAL := help
 
 help: ## Show the targets
-	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "%-12s %s\n", $$1, $$2}' Makefile
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "%-14s %s\n", $$1, $$2}' Makefile
 
 install: ## Install what is missing: Debian packages, and Python packages in .venv
 	@.ci/install
@@ -92,6 +94,9 @@ fuzz: install ## Ten million datagrams into the firmware, a hundred thousand int
 coverage: install ## Measure what the tests in C run of the firmware, and refuse less than there has to be
 	@PYTHONPATH=tests $(PYTHON) -m covered.firmware
 
+fuzz-firmware: install ## Have libFuzzer look for faults of the firmware, SECONDS of each target
+	@PYTHONPATH=tests $(PYTHON) -m fuzzed.firmware --seconds $(SECONDS)
+
 formal: ## Prove what the streams, the DMA and the registers of the gateware promise, and refuse faulty ones
 	@.ci/install formal
 	@$(PYTHON) -m pytest -q tests/formal
@@ -108,4 +113,4 @@ clean: ## Remove everything that was built, but not .venv
 	rm -rf build
 
 .PHONY: help install demo test sim example bench resources network thesis boards bitstream load flash boards-sim \
-	boards-check boards-doc sweep fuzz coverage formal mutation lint clean
+	boards-check boards-doc sweep fuzz fuzz-firmware coverage formal mutation lint clean
