@@ -105,7 +105,7 @@ static void test_matcher(void)
     REQUIRE(app.counters.value[COUNTER_MATCHER_INTERRUPTS] == 3);
 }
 
-/* A frame that lacks pixels is not matched, and nobody waits for it; nor is a streamed one if there is no way for it. */
+/* A frame that lacks pixels is not matched, and nobody waits for it; nor is a streamed one that has no way. */
 static void test_no_match(void)
 {
     stereo_settings_t settings = {.width = 40, .height = 20, .disparities = 16, .block_size = 5};
