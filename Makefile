@@ -12,16 +12,22 @@ RAM      ?= integrated-ram
 BOARD ?= colorlight_i5
 # Program of `make example`.
 NAME ?= hello_disparity
+# Seconds of each target of `make fuzz-firmware`.
+SECONDS ?= 60
 # What `make test` runs, and how many of the tests at once.
 TESTS ?= tests
 JOBS  ?= 2
+# Frames of `make soak`.
+N     ?= 100000
+# With all tests it is counted what they run.
+FLOORS = $(if $(filter tests,$(TESTS)),--floors --cov=host_tools --cov-report= --cov-fail-under=90)
 
 export LITESTEREO_BUILD := $(CURDIR)/build
 
 .DEFAULT_GOAL := help
 
 help: ## Show the targets
-	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "%-12s %s\n", $$1, $$2}' Makefile
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "%-14s %s\n", $$1, $$2}' Makefile
 
 install: ## Install what is missing: Debian packages, and Python packages in .venv
 	@.ci/install
@@ -32,7 +38,7 @@ demo: install ## Match a real pair on the full system in simulation, and check e
 test: install ## Run all tests, the linters first
 	@$(PYTHON) -m ruff check .
 	@$(PYTHON) -m mypy
-	@$(PYTHON) -m pytest -n $(JOBS) --dist loadgroup $(TESTS)
+	@$(PYTHON) -m pytest -n $(JOBS) --dist loadgroup $(FLOORS) $(TESTS)
 
 sim: install ## Run the full system in simulation: udp://127.0.0.1:UDP_PORT, and its UART on tcp://127.0.0.1:PORT
 	@$(PYTHON) -m litestereo.sim.serve --port $(PORT) --udp-port $(UDP_PORT) --ram $(RAM)
@@ -95,8 +101,16 @@ fuzz: install ## Ten million datagrams into the firmware, a hundred thousand int
 	@$(LITESTEREO_BUILD)/fuzz/fuzz_udp 1 10000000
 	@LITESTEREO_DATAGRAMS=100000 $(PYTHON) -m pytest -q -rP tests/gateware/test_frame_link_fuzz.py
 
-formal: ## Prove what the streams, the DMA and the registers of the gateware promise, and refuse faulty ones
-	@.ci/install formal
+coverage: test ## Run all tests, and write what they have run of gateware, firmware and host tools to docs/coverage.md
+	@PYTHONPATH=tests $(PYTHON) -m covered
+
+soak: install ## Have N small frames matched while link, memory, clocks, firmware and host fail; none may be lost
+	@PYTHONPATH=tests $(PYTHON) -m soak --frames $(N)
+
+fuzz-firmware: install ## Have libFuzzer look for faults of the firmware, SECONDS of each target
+	@PYTHONPATH=tests $(PYTHON) -m fuzzed.firmware --seconds $(SECONDS)
+
+formal: install ## Prove what the streams, the DMA and the registers of the gateware promise, and refuse faulty ones
 	@$(PYTHON) -m pytest -q tests/formal
 	@PYTHONPATH=tests $(PYTHON) -m formal
 
@@ -114,4 +128,4 @@ clean: ## Remove everything that was built, but not .venv
 	rm -rf build
 
 .PHONY: help install demo test sim example bench resources network thesis boards bitstream load flash boards-sim \
-	boards-check boards-doc reproduce sbom sweep fuzz formal mutation lock lint clean
+	boards-check boards-doc reproduce sbom sweep fuzz fuzz-firmware coverage soak formal mutation lock lint clean

@@ -21,7 +21,7 @@ _numbers = itertools.count()
 
 def coverage_directory() -> Path:
     """Where models leave how often they ran each line, if `LITESTEREO_COVERAGE` is set: a folder per core."""
-    return build_directory() / "coverage"
+    return build_directory() / os.environ.get("LITESTEREO_COVERAGE_DIRECTORY", "coverage")
 
 
 def _free(library: ctypes.CDLL, core: ctypes.c_void_p, folder: Path, process: int) -> None:

@@ -23,6 +23,7 @@
 app_t    app;
 char     out[1 << 16];
 uint64_t now;
+size_t   frame_memory = MEMORY_SIZE;
 
 reset_report_t found_reset;
 reset_cause_t  last_reset;
@@ -100,7 +101,7 @@ size_t platform_stack_used(size_t *size)
 
 void *platform_frame_memory(size_t *size)
 {
-    *size = MEMORY_SIZE;
+    *size = frame_memory;
     return memory;
 }
 

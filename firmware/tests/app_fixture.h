@@ -21,6 +21,9 @@ extern app_t app;
 /** Time in clocks of a microsecond; it goes on with each look at it, so that nothing can wait for ever. */
 extern uint64_t now;
 
+/** Bytes of memory that the firmware finds for frames. */
+extern size_t frame_memory;
+
 /** What the firmware finds when it boots, and the resets that it asked for since; the SoC does not reset here. */
 extern reset_report_t found_reset;
 extern reset_cause_t  last_reset;

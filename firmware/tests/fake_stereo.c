@@ -134,7 +134,9 @@ void stereo_control_write(uint8_t value)
     if ((value & 1) != 0) {
         start();
     }
-    if ((value & 2) != 0 && regs.busy && !fake_stereo.stuck) {
+    if ((value & 2) != 0 && regs.busy && fake_stereo.deaf > 0) {
+        fake_stereo.deaf--;
+    } else if ((value & 2) != 0 && regs.busy && !fake_stereo.stuck) {
         end(CODE_ABORTED);
     }
 }

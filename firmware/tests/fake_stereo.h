@@ -21,6 +21,7 @@ typedef struct {
     uint32_t clocks_per_pixel;  /**< Simulated speed. */
     bool     hang;              /**< Never finishes, until it is aborted. */
     bool     stuck;             /**< Does not stop either. */
+    uint32_t deaf;              /**< Stops that it does not hear yet. */
     bool     bus_error;         /**< Ends every frame with a bus error. */
     bool     wrong_pixel;       /**< The first pixel of every map is wrong. */
     uint64_t (*clock)(void);    /**< Simulated time in clocks. */

@@ -6,6 +6,7 @@
 
 #include "fake_stream.h"
 
+#include <stddef.h>
 #include <string.h>
 
 #include "fake_frame_link.h"
@@ -19,7 +20,7 @@
 
 fake_stream_staged_t fake_stream_staged;
 
-static struct {
+static struct stream {
     bool     open, sending;
     peer_t   peer;
     uint32_t token, frame_id, sequence;
@@ -32,7 +33,8 @@ static struct {
 
 void fake_stream_reset(void)
 {
-    memset(&stream, 0, sizeof(stream));
+    /* The pixels may stay: nothing says any more that there are some. */
+    memset(&stream, 0, offsetof(struct stream, pairs));
     stream.random = 1;
 }
 

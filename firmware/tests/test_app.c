@@ -41,7 +41,8 @@ static void test_bench(void)
     static const char *const wrong[] = {
         "bench\r", "bench 64 32 16 5\r", "bench 64 32 16 5 sad 1\r", "bench 64 32 16 x sad\r",
         "bench -64 32 16 5 sad\r", "bench 64 32 16 5x sad\r", "bench 0 32 16 5 sad\r", "bench 65600 32 16 5 sad\r",
-        "bench 64 32 16 261 sad\r", "bench 64 32 16 5 some\r",
+        "bench 64 32 16 261 sad\r", "bench 64 32 16 5 some\r", "bench 64 0 16 5 sad\r", "bench 64 32 0 5 sad\r",
+        "bench 64 32 16 0 sad\r",
     };
     stereo_settings_t settings = {.width = 20, .height = 20};
     frame_t          *frame[FRAME_POOL_SLOTS];
@@ -104,6 +105,21 @@ static void test_matcher(void)
     REQUIRE(app.counters.value[COUNTER_MATCHER_INTERRUPTS] == 3);
 }
 
+/* A frame that lacks pixels is not matched, and nobody waits for it; nor is a streamed one that has no way. */
+static void test_no_match(void)
+{
+    stereo_settings_t settings = {.width = 40, .height = 20, .disparities = 16, .block_size = 5};
+    frame_t          *frame;
+
+    boot();
+    REQUIRE(frame_pool_open(&app.pool, FRAME_OWNER_CONSOLE, 1, &settings, &frame) == STATUS_OK);
+    REQUIRE(matcher_run(&app.matcher, frame) == FRAME_LOADING && app.counters.value[COUNTER_FRAMES_FAILED] == 0);
+    REQUIRE(app.matcher.stream == NULL && frame_pool_stream(&app.pool, frame, 1) == STATUS_OK);
+    app_poll(&app);
+    REQUIRE(frame->state == FRAME_FAILED && frame->result.error == ERROR_MATCHER);
+    REQUIRE(frame->result.detail == STEREO_ERROR_CONFIG && app.counters.value[COUNTER_FRAMES_FAILED] == 1);
+}
+
 /* A stopped match writes nothing any more, and the next one is not held up. */
 static void test_stop(void)
 {
@@ -154,6 +170,45 @@ static void test_stuck(void)
     fake_stereo.hang = fake_stereo.stuck = false;
     fake_stereo_advance();
     REQUIRE_TYPE("selftest\r", "selftest: passed");
+}
+
+/* One that stops at a second asking costs the frame, but no reset. */
+static void test_stops_late(void)
+{
+    frame_t *frame, *next;
+
+    boot();
+    fake_stereo.hang = true;
+    frame = load(1);
+    next  = load(2);
+    for (int turns = 0; frame->state != FRAME_FAILED; turns++) {
+        REQUIRE(turns < 10000);
+        /* More than are asked in the time that the driver has, less than in twice that. */
+        fake_stereo.deaf = 1200;
+        app_poll(&app);
+    }
+    REQUIRE(frame->result.error == ERROR_TIMEOUT && app.stereo.statistics.stuck == 1 && app.stuck == 1);
+    REQUIRE(fake_stereo.deaf == 0 && resets == 0);
+    fake_stereo.hang = false;
+    app_poll(&app);
+    REQUIRE(next->state == FRAME_FAILED && next->result.error == ERROR_TIMEOUT);
+    REQUIRE_TYPE("selftest\r", "selftest: passed");
+}
+
+/* A matcher that is too small for all cases is not called sound; nor is one whose frames are too large for memory. */
+static void test_small_devices(void)
+{
+    fake_stereo.max_width = 19;
+    boot();
+    REQUIRE_TYPE("selftest\r", "selftest: FAILED: the device takes none of the cases\r\n");
+    fake_stereo.max_width = 1024;
+    frame_memory          = FRAME_POOL_SLOTS * 4096;
+    boot();
+    REQUIRE_TYPE("selftest\r", "selftest: passed, 3 frames, ");
+    frame_memory = FRAME_POOL_SLOTS * 2048;
+    type("");
+    REQUIRE(app_init(&app) == STATUS_SIZE && strstr(out, "8192 bytes of memory are too few for frames.") != NULL);
+    frame_memory = 1 << 20;
 }
 
 static void test_faults(void)
@@ -292,9 +347,12 @@ int main(void)
     test_console();
     test_bench();
     test_matcher();
+    test_no_match();
     test_stop();
     test_refused_settings();
     test_stuck();
+    test_stops_late();
+    test_small_devices();
     test_faults();
     test_udp();
     test_udp_session();

@@ -316,6 +316,8 @@ static void test_bad_arguments(void)
     REQUIRE(frame_pool_init(&pool, memory, 1 << 16, FRAME_POOL_SLOTS + 1) == STATUS_BAD_ARGUMENT);
     REQUIRE(frame_pool_init(&pool, memory, 2048 + 63, 1) != STATUS_OK);
     REQUIRE(frame_pool_init(&pool, memory, 0, 1) != STATUS_OK);
+    /* Memory that ends before its first aligned byte. */
+    REQUIRE(frame_pool_init(&pool, pool.frame[0].memory + 1, FRAME_ALIGNMENT - 2, 1) == STATUS_BAD_ARGUMENT);
     set_up(1 << 18, 2);
     REQUIRE(frame_pool_open(&pool, FRAME_OWNER_LINK, 1, &empty, &frame) == STATUS_SIZE);
     empty = (stereo_settings_t){.width = 65535, .height = 65535};

@@ -5,6 +5,7 @@
  */
 
 #include <string.h>
+#include <wchar.h>
 
 #include "litestereo/print.h"
 #include "require.h"
@@ -43,5 +44,8 @@ int main(void)
     print(NULL, "%s", long_text);
     long_text[PRINT_MOST] = 0;
     require_sent(long_text);
+    /* What cannot be made into text is not sent in part. */
+    print(NULL, "begun %lc\n", (wint_t)0x20ac);
+    require_sent("");
     return 0;
 }

@@ -119,6 +119,8 @@ static void test_arguments(void)
     REQUIRE(sectors_find(&settings, map, 1, sectors, 53) == STATUS_SIZE);
     settings.width = 38;
     REQUIRE(sectors_find(&settings, map, 1, sectors, 1) == STATUS_SIZE);
+    settings.width = 1;  /* Less than half a block. */
+    REQUIRE(sectors_find(&settings, map, 1, sectors, 1) == STATUS_SIZE);
     settings.width  = WIDTH;
     settings.height = 4;
     REQUIRE(sectors_find(&settings, map, 1, sectors, 1) == STATUS_SIZE);

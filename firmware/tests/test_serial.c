@@ -96,6 +96,11 @@ static void test_receive(void)
     REQUIRE(serial_receive(&serial, bytes, 300) == 255 && memcmp(bytes, uart.line + 259, 255) == 0);
     arrive(256);
     REQUIRE(serial_receive(&serial, bytes, 300) == 256 && memcmp(bytes, uart.line + 514, 256) == 0);
+    /* A FIFO that is full holds more than there is room for: the rest stays in it. */
+    arrive(256);
+    REQUIRE(serial_receive(&serial, bytes, 200) == 200 && memcmp(bytes, uart.line + 770, 200) == 0);
+    arrive(256);
+    REQUIRE(serial_receive(&serial, bytes, 300) == 30 && memcmp(bytes, uart.line + 970, 30) == 0);
 }
 
 static void test_send(void)
@@ -184,6 +189,11 @@ static void test_say(void)
     accesses  = uart.accesses;
     serial_say("said before the end, and longer than the FIFO");
     REQUIRE(uart.accesses - accesses < 500000 && uart.out_length == 45 + UART_TX_FIFO_DEPTH);
+    /* Nor does one that takes it all, and sends nothing of it. */
+    set_up(0);
+    uart.dead = true;
+    serial_say("short");
+    REQUIRE(uart.accesses < 500000 && uart.out_length == 5 && uart.out_pending == 5);
 }
 
 int main(void)

@@ -331,10 +331,32 @@ static void test_features(void)
 static void test_small_device(void)
 {
     device_info_t usual = device_info;
+    uint8_t       payload[8];
 
     device_info.limits.max_block_size = 7;
     set_up();
     REQUIRE(session.settings.block_size == 7);
+    /* And one whose smallest block is larger than others'. */
+    device_info.limits.min_block_size = 7;
+    set_up();
+    hello(1);
+    put_parameter(payload, PARAMETER_BLOCK_SIZE, 5);
+    ask(TYPE_CONFIGURE, 0, 0, payload, 8);
+    require_error(ERROR_RANGE, PARAMETER_BLOCK_SIZE);
+    put_parameter(payload, PARAMETER_BLOCK_SIZE, 7);
+    REQUIRE(ask(TYPE_CONFIGURE, 0, 0, payload, 8) == 0x82);
+    device_info = usual;
+}
+
+/* A name as long as its field has no zero behind it, and a longer one is cut. */
+static void test_long_name(void)
+{
+    device_info_t usual = device_info;
+
+    device_info.name = "seventeen letters";
+    set_up();
+    hello(1);
+    REQUIRE(memcmp(reply.payload + PROTOCOL_NAME_OFFSET, "seventeen letter", PROTOCOL_NAME_SIZE) == 0);
     device_info = usual;
 }
 
@@ -364,6 +386,7 @@ int main(void)
     test_ranges();
     test_features();
     test_small_device();
+    test_long_name();
     test_statistics();
     return 0;
 }

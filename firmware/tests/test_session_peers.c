@@ -548,6 +548,12 @@ static void test_no_transfer(void)
     session_poll(&session, uptime + HZ);
     REQUIRE(ask(TYPE_STATISTICS, 0, 0, NULL, 0) == 0x89);
     REQUIRE(ask(TYPE_BYE, 0, 0, NULL, 0) == 0x8a);
+    /* Nor is there a way for streamed frames, whoever asks for it. */
+    peer = alice;
+    hello(2);
+    REQUIRE((get_u32(reply.payload + 20) & PROTOCOL_FEATURE_STREAMING) == 0);
+    ask(TYPE_STREAM, 1, 0, "\75\0\53\0", 4);
+    require_error(ERROR_TYPE, TYPE_STREAM);
 }
 
 /* Every message changes what the next token will be, and none leads to a token of 0. */

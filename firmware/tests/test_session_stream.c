@@ -248,6 +248,8 @@ static void test_refusals(void)
     make_stream(1);
     REQUIRE(stream_frame(1, 61, 44) == TYPE_ERROR);
     require_error(ERROR_DUPLICATE, 1);
+    REQUIRE(stream_frame(1, 62, 43) == TYPE_ERROR);
+    require_error(ERROR_DUPLICATE, 1);
     REQUIRE(open_frame(1, 61, 43) == TYPE_ERROR);
     require_error(ERROR_DUPLICATE, 1);
     REQUIRE(open_frame(2, 61, 43) == 0x83);

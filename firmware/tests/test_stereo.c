@@ -231,6 +231,22 @@ static void test_watchdog(void)
     expect_end(1, 1);
     REQUIRE(stereo_poll(&stereo, budget + 1, &result) == STATUS_OK);
     require_all_done();
+    /* And one that failed has failed, not timed out. */
+    submit(0);
+    expect_read("status", 2 << 8);
+    expect_read("status", 2 << 8);
+    REQUIRE(stereo_poll(&stereo, budget + 1, &result) == STATUS_MATCHER && result.error == 2);
+    require_all_done();
+    REQUIRE(stereo.statistics.lost_interrupts == 2 && stereo.statistics.timeouts == 1);
+
+    /* A wait beyond what the result can hold is the longest that it can. */
+    submit(0);
+    expect_read("status", BUSY);
+    expect_read("status", 0);
+    expect_write("ev_pending", 3);
+    expect_read("status", 0);
+    REQUIRE(stereo_poll(&stereo, 1ull << 40, &result) == STATUS_TIMEOUT && result.clocks == UINT32_MAX);
+    require_all_done();
 }
 
 /* A job that waits for something else than memory is given another time, from when it is given on. */

