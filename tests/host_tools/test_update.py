@@ -130,18 +130,18 @@ def test_a_protected_flash():
         for _ in range(2):
             with pytest.raises(DeviceError, match="write-protected"):
                 device.update_firmware(image())
-    with native_ports("--flash-protected") as (_, port), connect(f"udp://127.0.0.1:{port}") as device:
-        with pytest.raises(DeviceError, match="write-protected"):
-            device.update_firmware(image())
+    with native_ports("--flash-protected") as (_, port), connect(f"udp://127.0.0.1:{port}") as device, \
+            pytest.raises(DeviceError, match="write-protected"):
+        device.update_firmware(image())
 
 
 def test_another_gateware():
     """What only the device knows is refused by it, before its flash is touched."""
-    with native_url("udp") as url, connect(url) as device:
-        with pytest.raises(DeviceError, match="another bitstream"):
+    with native_url("udp") as url:
+        with connect(url) as device, pytest.raises(DeviceError, match="another bitstream"):
             device.update_firmware(image(soc=1))
-    with native_url("udp") as url, connect(url) as device:
-        assert device.update_firmware(image()).firmware_version == "1.2"
+        with connect(url) as device:
+            assert device.update_firmware(image()).firmware_version == "1.2"
 
 
 @pytest.mark.parametrize("running", [native_device, native_udp_device])
@@ -204,8 +204,9 @@ def test_command(link, tmp_path, capfd):
         assert capfd.readouterr() == ("LiteStereo: firmware 0.1 -> 1.2\n", "")
         path.write_bytes(image(version=3))
         assert run("update", path, "--device", url, "--json") == 0
-        assert json.loads(capfd.readouterr().out) == {"device": "LiteStereo", "url": url, "before": "1.2", "after": "0.3", "bytes": 5000,
-                                   "restarted": True}
+        told = json.loads(capfd.readouterr().out)
+        assert told == {"device": "LiteStereo", "url": url, "before": "1.2", "after": "0.3", "bytes": 5000,
+                        "restarted": True}
         assert run("info", "--device", url) == 0
         out = capfd.readouterr().out
         assert "firmware 0.3" in out and "update" in out
