@@ -10,7 +10,8 @@
 
 #include "platform.h"
 
-#ifdef CSR_FLASH_BASE
+/* The boards' SoCs say where in it the images are. */
+#if defined(CSR_FLASH_BASE) && defined(FLASH_IMAGES)
 
 #include "flash_pins.h"
 
