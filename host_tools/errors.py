@@ -30,6 +30,10 @@ class ImageError(LiteStereoError):
     """A file that is not to be read or written, or images that do not fit each other or the device."""
 
 
+class FirmwareError(LiteStereoError):
+    """A file that is not to be read, is damaged, or is no firmware for the device."""
+
+
 class GeometryError(LiteStereoError):
     """Cameras that cannot be: a focal length or a baseline that is not above 0."""
 
@@ -72,6 +76,10 @@ class DeviceRefused(DeviceError):
         super().__init__(message)
         self.code   = code
         self.detail = detail
+
+
+class UpdateFailed(DeviceRefused):
+    """A firmware that the device gave up; `code` is a failure of the protocol's table of progress."""
 
 
 class ProtocolError(LiteStereoError):

@@ -11,7 +11,7 @@ import enum
 
 
 class Feature(enum.IntFlag):
-    """What a device was built with: the bits of its capability word. All but STREAMING are stages of the matcher."""
+    """What a device was built with: the bits of its capability word. All up to MEDIAN are stages of the matcher."""
 
     XSOBEL        = 1 << 0
     RAW           = 1 << 1
@@ -22,6 +22,7 @@ class Feature(enum.IntFlag):
     MIN_DISPARITY = 1 << 6
     MEDIAN        = 1 << 7
     STREAMING     = 1 << 8
+    UPDATE        = 1 << 9
 
 
 #: Every stage that there is.

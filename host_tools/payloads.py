@@ -23,6 +23,8 @@ _OPENED       = struct.Struct("<HHI")
 _CAPABILITIES = struct.Struct("<IIHHHHHBBIIHHI16s")
 _STATUS       = struct.Struct("<BBHIII")
 _ERROR        = struct.Struct("<HBBI")
+_UPDATE       = struct.Struct("<II")
+_PROGRESS     = struct.Struct("<BBHIII")
 
 #: Name of each of the STATISTICS counters, in the order of the protocol.
 COUNTERS = (
@@ -128,6 +130,53 @@ class FrameStatus:
     def unpack(cls, payload: bytes) -> FrameStatus:
         """Status from a payload; raises ProtocolError if it is too short."""
         return cls(*_unpack(_STATUS, payload, "frame status"))
+
+
+class UpdateState(enum.IntEnum):
+    """States of an update of the firmware."""
+
+    EMPTY    = 0
+    LOADING  = 1
+    CHECKING = 2
+    WRITING  = 3
+    DONE     = 4
+    FAILED   = 5
+
+
+class UpdateFailure(enum.IntEnum):
+    """Why an update has failed."""
+
+    CHECKSUM  = 1
+    FOREIGN   = 2
+    PROTECTED = 3
+    TIMEOUT   = 4
+    VERIFY    = 5
+
+
+@dataclass(frozen=True)
+class UpdateProgress:
+    """Reply to UPDATE, WRITE and PROGRESS; `room` is the length of the longest firmware in bytes."""
+
+    state:   int
+    failure: int
+    done:    int
+    total:   int
+    room:    int
+
+    def pack(self) -> bytes:
+        """The 16-byte payload."""
+        return _PROGRESS.pack(self.state, self.failure, 0, self.done, self.total, self.room)
+
+    @classmethod
+    def unpack(cls, payload: bytes) -> UpdateProgress:
+        """Progress from a payload; raises ProtocolError if it is too short."""
+        state, failure, _, *numbers = _unpack(_PROGRESS, payload, "progress of an update")
+        return cls(state, failure, *numbers)
+
+
+def pack_update(length: int, crc: int) -> bytes:
+    """Payload of UPDATE."""
+    return _UPDATE.pack(length, crc)
 
 
 def pack_number(number: int) -> bytes:

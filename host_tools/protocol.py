@@ -53,6 +53,11 @@ class MessageType(enum.IntEnum):
     MISSING    = 0x0b
     STREAM     = 0x0c
     PAIRS      = 0x0d
+    UPDATE     = 0x0e
+    IMAGE      = 0x0f
+    WRITE      = 0x10
+    PROGRESS   = 0x11
+    RESTART    = 0x12
     ERROR      = 0xff
 
 

@@ -8,7 +8,7 @@
 from __future__ import annotations
 
 from . import payloads
-from .errors import DeviceRefused, LiteStereoError, ProtocolError, SessionLost
+from .errors import DeviceRefused, LiteStereoError, ProtocolError, SessionLost, UpdateFailed
 from .protocol import VERSION, ErrorCode, Message, MessageType, Parameter
 
 _SIZES = {
@@ -17,6 +17,21 @@ _SIZES = {
     3: "it has more pixels than the device's memory",
     4: "it is too narrow for the disparities and the block size",
     5: "it is too low for the block size",
+    6: "the firmware is too long for the device's flash",
+}
+
+
+#: Requests of updates.
+_OF_UPDATES = {MessageType.UPDATE, MessageType.IMAGE, MessageType.WRITE, MessageType.PROGRESS, MessageType.RESTART}
+
+#: Failures of updates in words.
+_FAILURES: dict[int, str] = {
+    payloads.UpdateFailure.CHECKSUM:  "it arrived damaged, try again",
+    payloads.UpdateFailure.FOREIGN:   "it is for another board or another bitstream, write both with `make flash`",
+    payloads.UpdateFailure.PROTECTED: "its flash is write-protected, unprotect it by cable with openFPGALoader "
+                                      "--unprotect-flash",
+    payloads.UpdateFailure.TIMEOUT:   "the flash did not come to rest; a good image is in it still",
+    payloads.UpdateFailure.VERIFY:    "the flash did not hold what was written; a good image is in it still",
 }
 
 
@@ -39,6 +54,10 @@ def refusal(reply: Message) -> LiteStereoError:
     known   = request_type in set(MessageType)
     request = MessageType(request_type).name if known else f"request {request_type:#04x}"
     reason  = _reason(code, reply.frame_id, detail)
+    if code == ErrorCode.STATE and request_type in _OF_UPDATES:
+        reason = f"an update is {_name(payloads.UpdateState, detail)}"
+    if code == ErrorCode.TYPE and request_type in _OF_UPDATES - {MessageType.RESTART}:
+        reason = "it has no flash that its firmware could be written to"
     return DeviceRefused(f"the device refused {request}: {reason}", code, detail)
 
 
@@ -54,7 +73,7 @@ def _reason(code: int, frame_id: int, detail: int) -> str:
         ErrorCode.RANGE:      f"{_parameter(detail)} is out of its range, see `litestereo info`",
         ErrorCode.NO_SLOT:    f"all of its {detail} frame slots are in use",
         ErrorCode.FRAME:      f"it does not know frame {frame_id}",
-        ErrorCode.STATE:      f"frame {frame_id} is {_state(detail)}",
+        ErrorCode.STATE:      f"frame {frame_id} is {_name(payloads.FrameState, detail)}",
         ErrorCode.OFFSET:     f"there is nothing of that length at offset {detail}",
         ErrorCode.INCOMPLETE: f"frame {frame_id} lacks the chunk at offset {detail}",
         ErrorCode.SIZE:       f"{_SIZES.get(detail, 'the size of the image')}, see `litestereo info`",
@@ -67,9 +86,14 @@ def _reason(code: int, frame_id: int, detail: int) -> str:
     return reasons.get(ErrorCode(code), "") if code in set(ErrorCode) else f"error {code}, detail {detail}"
 
 
-def _state(number: int) -> str:
-    known = number in set(payloads.FrameState)
-    return payloads.FrameState(number).name.lower() if known else f"in state {number}"
+def _name(states: type[payloads.FrameState] | type[payloads.UpdateState], number: int) -> str:
+    return states(number).name.lower() if number in set(states) else f"in state {number}"
+
+
+def failed_update(failure: int) -> UpdateFailed:
+    """The exception for an update that a device has given up."""
+    reason = _FAILURES.get(failure, f"failure {failure}")
+    return UpdateFailed(f"the device did not take the firmware: {reason}", failure, 0)
 
 
 def failed_frame(frame_id: int, error: int) -> DeviceRefused:

@@ -65,15 +65,24 @@ def build_soc(memory: str = "integrated-ram") -> Path:
     return built_once(build_directory() / "soc" / f"{memory}-{key}", build)
 
 
-def build_firmware(soc: Path) -> Path:
+def build_firmware(soc: Path, version: int | None = None) -> Path:
     """Build the firmware for a SoC that `build_soc` built, unless it is there; return the path of `litestereo.bin`.
+
+    Parameters
+    ----------
+    soc
+        Output folder of `build_soc`.
+    version
+        What the firmware calls itself, major x 256 + minor, instead of its own version.
 
     Raises
     ------
     SimulationError
         The build failed.
     """
-    return _build_program(soc, FIRMWARE_DIR / "Makefile", "firmware") / "litestereo.bin"
+    arguments = [] if version is None else [f"FIRMWARE_VERSION={version}"]
+    name      = "firmware" if version is None else f"firmware-{version:04x}"
+    return _build_program(soc, FIRMWARE_DIR / "Makefile", name, *arguments) / "litestereo.bin"
 
 
 def build_boot(soc: Path) -> Path:

@@ -164,10 +164,12 @@ def memory_contents(ram: str, soc: Path, firmware: bytes) -> dict[str, tuple[byt
         return {"sim_main_ram.init": (firmware, 16)}
     # The image that LiteX's BIOS and the boards' boot program take from flash: length, CRC-32, firmware.
     image    = len(firmware).to_bytes(4, "little") + zlib.crc32(firmware).to_bytes(4, "little") + firmware
-    contents = {"sim_flash.init": (image, 4)}
-    if ram in BOARDS:
-        contents["sim_rom.init"] = (build_boot(soc).read_bytes(), 4)
-    return contents
+    if ram not in BOARDS:
+        return {"sim_flash.init": (image, 4)}
+    # As `make flash` leaves it.
+    flash = json.loads((soc / "board.json").read_text())["flash"]
+    return {"sim_flash.init": (image.ljust(flash["bytes"], b"\xff")*flash["images"], 4),
+            "sim_rom.init":   (build_boot(soc).read_bytes(), 4)}
 
 
 def _prepare_memories(folder: Path, gateware: Path, contents: dict[str, tuple[bytes, int]]) -> None:

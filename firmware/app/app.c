@@ -8,10 +8,9 @@
 
 #include <string.h>
 
+#include "litestereo/firmware_tag.h"
 #include "litestereo/platform.h"
 #include "litestereo/watchdog.h"
-
-#define FIRMWARE_VERSION 0x0001u  /* Major x 256 + minor. */
 
 /* Bytes taken from the line in one turn. */
 #define BURST 256
@@ -39,7 +38,7 @@ static void describe(app_t *app)
 
     app->info = (device_info_t){
         .gateware_version = can->version,
-        .firmware_version = FIRMWARE_VERSION,
+        .firmware_version = (uint16_t)firmware_tag.version,
         .max_width        = can->max_width,
         .max_height       = can->max_height,
         .limits           = can->limits,
@@ -67,6 +66,23 @@ static void start_udp(app_t *app)
     }
 }
 
+/* Takes what an image needs from the memory for frames, if there is a flash to write it to. */
+static void prepare_update(app_t *app, uint8_t **memory, size_t *size)
+{
+    size_t bytes;
+
+    if (flash_init(&app->flash, clock_hz()) != STATUS_OK || app->flash.images < 2) {
+        return;
+    }
+    bytes = app->flash.image_bytes;
+    if (*size <= bytes) {
+        return;
+    }
+    update_init(&app->update, &app->flash, *memory);
+    *memory += bytes;
+    *size   -= bytes;
+}
+
 static void report_reset(app_t *app)
 {
     const reset_report_t *reset = &app->reset;
@@ -80,7 +96,7 @@ static void report_reset(app_t *app)
 status_t app_init(app_t *app)
 {
     size_t   size;
-    void    *memory = platform_frame_memory(&size);
+    uint8_t *memory = platform_frame_memory(&size);
     status_t status;
 
     memset(app, 0, sizeof(*app));
@@ -100,6 +116,7 @@ status_t app_init(app_t *app)
         console_printf(&app->console, "\nThe matcher does not answer as one that this firmware knows.\n");
         return status;
     }
+    prepare_update(app, &memory, &size);
     status = frame_pool_init(&app->pool, memory, size, FRAME_POOL_SLOTS);
     if (status != STATUS_OK) {
         console_printf(&app->console, "\n%u bytes of memory are too few for frames.\n", (unsigned)size);
@@ -107,6 +124,7 @@ status_t app_init(app_t *app)
     }
     describe(app);
     session_init(&app->session, &app->info, &app->pool, &app->counters, stop_match, &app->matcher);
+    app->session.update = app->update.flash != NULL ? &app->update : NULL;
     serial_link_init(&app->link, &app->session, &app->counters, clock_hz());
     app->link.write           = write_line;
     app->link.write_context   = &app->serial;
@@ -145,6 +163,12 @@ void app_poll(app_t *app)
     }
     session_poll(&app->session, clock);
     matcher_poll(&app->matcher, clock);
+    if (app->session.update != NULL) {
+        update_poll(&app->update, clock);
+    }
     recover(app);
+    if (session_wants_restart(&app->session, clock)) {
+        reset_now(RESET_REQUESTED, 0, 0);
+    }
     watchdog_feed();
 }

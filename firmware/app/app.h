@@ -9,11 +9,13 @@
 
 #include "link/udp_link.h"
 #include "litestereo/console.h"
+#include "litestereo/flash.h"
 #include "litestereo/frame_link.h"
 #include "litestereo/matcher.h"
 #include "litestereo/reset.h"
 #include "litestereo/serial.h"
 #include "litestereo/serial_link.h"
+#include "litestereo/update.h"
 
 /** The whole firmware: drivers, frames, session, link and console, and how they hang together. */
 typedef struct {
@@ -21,6 +23,8 @@ typedef struct {
     stereo_t      stereo;    /**< The accelerator. */
     uint32_t      stuck;     /**< Times that it did not stop, as of the last look. */
     serial_t      serial;    /**< The line. */
+    flash_t       flash;     /**< Images of the firmware. */
+    update_t      update;    /**< Another firmware on its way there. */
     frame_pool_t  pool;      /**< Frames. */
     counters_t    counters;  /**< What is counted. */
     matcher_t     matcher;   /**< From the pool to the accelerator. */

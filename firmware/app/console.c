@@ -85,6 +85,14 @@ static bool command_info(console_t *console, char **argv)
     console_printf(console, "frames: %u slots of %u pixels, at most %u wide\n", pool->slots,
         (unsigned)pool->max_pixels, info->max_width);
     console_printf(console, "stack: %u of %u bytes used so far\n", (unsigned)used, (unsigned)stack);
+    if (console->session->update != NULL) {
+        const flash_t *flash = console->session->update->flash;
+
+        console_printf(console, "flash: id 0x%06x, %u images of %u bytes\n", (unsigned)flash->id, (unsigned)flash->images,
+            (unsigned)flash->image_bytes);
+    } else {
+        console_printf(console, "flash: none\n");
+    }
     if (console->session->transfer != NULL) {
         console_printf(console, "udp: %u.%u.%u.%u port %u\n", (unsigned)(info->address >> 24),
             (unsigned)(info->address >> 16 & 0xff), (unsigned)(info->address >> 8 & 0xff),

@@ -7,8 +7,7 @@
 #include "image.h"
 
 #include <litestereo/crc32.h>
-
-#include "flash.h"
+#include <litestereo/flash.h>
 
 /* In flash before the firmware, little-endian: the same two words that LiteX's BIOS knows. */
 typedef struct {

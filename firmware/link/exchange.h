@@ -11,6 +11,9 @@
 
 #include "litestereo/session.h"
 
+/** A reset comes after this part of a second: what is on its way out has left by then. */
+#define RESTARTS_PER_SECOND 10u
+
 /** A request and what is becoming of it. */
 typedef struct {
     const message_t *request;  /**< What the host asks. */
@@ -49,6 +52,13 @@ void session_read(session_t *session, exchange_t *exchange);
 
 /* Requests about a streamed frame, in session_stream.c. */
 void session_stream(session_t *session, exchange_t *exchange);
+
+/* Requests about the firmware, in session_update.c; all but the last one need session->update. */
+void session_update(session_t *session, exchange_t *exchange);
+void session_image(session_t *session, exchange_t *exchange);
+void session_write(session_t *session, exchange_t *exchange);
+void session_progress(session_t *session, exchange_t *exchange);
+void session_restart(session_t *session, exchange_t *exchange);
 
 /** What STATUS reports as first missing: chunks of a stored frame, pairs of a streamed one. */
 uint32_t session_first_missing(const session_t *session, const frame_t *frame);

@@ -30,6 +30,11 @@ static const struct {
     [TYPE_BYE]        = {session_bye, 0},
     [TYPE_MISSING]    = {session_missing, 0},
     [TYPE_STREAM]     = {session_stream, 4},
+    [TYPE_UPDATE]     = {session_update, 8},
+    [TYPE_IMAGE]      = {session_image, ANY_LENGTH},
+    [TYPE_WRITE]      = {session_write, 0},
+    [TYPE_PROGRESS]   = {session_progress, 0},
+    [TYPE_RESTART]    = {session_restart, 0},
 };
 
 static void set_defaults(session_t *session)
@@ -74,9 +79,10 @@ static uint32_t draw_token(session_t *session, uint32_t nonce)
 
 static uint32_t features(const session_t *session)
 {
-    uint32_t of_matcher = session->info->limits.features & ~PROTOCOL_FEATURE_STREAMING;
+    uint32_t of_matcher = session->info->limits.features & ~(PROTOCOL_FEATURE_STREAMING | PROTOCOL_FEATURE_UPDATE);
 
-    return of_matcher | (session_stream_way(session, &session->peer) != NULL ? PROTOCOL_FEATURE_STREAMING : 0);
+    return of_matcher | (session_stream_way(session, &session->peer) != NULL ? PROTOCOL_FEATURE_STREAMING : 0)
+        | (session->update != NULL ? PROTOCOL_FEATURE_UPDATE : 0);
 }
 
 static void put_capabilities(const session_t *session, uint8_t *payload)
@@ -112,6 +118,14 @@ static void tell_transfer(const session_t *session)
     }
 }
 
+/* A firmware that the host before has left in memory is of no use; one that is being written is not given up. */
+static void forget_update(const session_t *session)
+{
+    if (session->update != NULL) {
+        update_forget(session->update);
+    }
+}
+
 void session_hello(session_t *session, exchange_t *exchange)
 {
     uint32_t nonce = get_u32(exchange->request->payload);
@@ -126,6 +140,7 @@ void session_hello(session_t *session, exchange_t *exchange)
         session->peer  = *exchange->peer;
         session->heard = exchange->clock;
         session->streams_left = 0;
+        forget_update(session);
         set_defaults(session);
         tell_transfer(session);
         count(session->counters, COUNTER_SESSIONS);
@@ -196,13 +211,19 @@ void session_bye(session_t *session, exchange_t *exchange)
     tell_transfer(session);
 }
 
+static bool needs_flash(uint8_t type)
+{
+    return type == TYPE_UPDATE || type == TYPE_IMAGE || type == TYPE_WRITE || type == TYPE_PROGRESS;
+}
+
 /* Whether somebody serves requests of that type of that peer. */
 static bool is_known(const session_t *session, const exchange_t *exchange)
 {
     uint8_t type = exchange->request->type;
 
     return type < sizeof(requests) / sizeof(requests[0]) && requests[type].handle != NULL
-        && (type != TYPE_STREAM || session_stream_way(session, exchange->peer) != NULL);
+        && (type != TYPE_STREAM || session_stream_way(session, exchange->peer) != NULL)
+        && (!needs_flash(type) || session->update != NULL);
 }
 
 static void serve(session_t *session, exchange_t *exchange)
@@ -255,6 +276,10 @@ bool session_handle(session_t *session, uint64_t clock, const peer_t *peer, cons
     /* Over UDP gateware takes pixels; what gets here is nothing that it knows, and is not answered either. */
     if (peer->udp && (request->type == TYPE_UPLOAD || request->type == TYPE_PAIRS)
         && request->version == PROTOCOL_VERSION) {
+        return false;
+    }
+    /* A session that began now would not last. */
+    if (session->restarting && request->type != TYPE_RESTART) {
         return false;
     }
     serve(session, &exchange);

@@ -110,6 +110,16 @@ static void fill_request(unsigned *random, const session_t *session, message_t *
             ? odd_number(random) : 1 + next_random(random) % (frame_map_size(frame) - message->offset));
         message->length = 4;
         break;
+    case TYPE_UPDATE:
+        put_u32(payload, one_in(random, 4) ? odd_number(random) : next_random(random) % 0x40000);
+        put_u32(payload + 4, next_random(random));
+        message->length = 8;
+        break;
+    case TYPE_IMAGE:
+        memcpy(payload, noise, PROTOCOL_CHUNK_SIZE);
+        message->offset = next_random(random) % 0x100 * PROTOCOL_CHUNK_SIZE;
+        message->length = one_in(random, 4) ? next_random(random) % PROTOCOL_CHUNK_SIZE : PROTOCOL_CHUNK_SIZE;
+        break;
     default:
         break;
     }
@@ -120,8 +130,10 @@ static const uint8_t common[] = {
     TYPE_START, TYPE_STATUS, TYPE_MISSING, TYPE_READ, TYPE_READ, TYPE_READ, TYPE_STREAM, TYPE_PAIRS, TYPE_PAIRS,
     TYPE_PAIRS, TYPE_PAIRS, TYPE_PAIRS,
 };
-static const uint8_t rare[]   = {TYPE_RELEASE, TYPE_RELEASE, TYPE_RELEASE, TYPE_CONFIGURE};
-static const uint8_t rarest[] = {TYPE_HELLO, TYPE_BYE, TYPE_STATISTICS, 0x0e, 0x81, TYPE_UPLOAD | PROTOCOL_REPLY_BIT};
+static const uint8_t rare[]   = {
+    TYPE_RELEASE, TYPE_RELEASE, TYPE_RELEASE, TYPE_CONFIGURE, TYPE_UPDATE, TYPE_IMAGE, TYPE_IMAGE, TYPE_WRITE, TYPE_PROGRESS,
+};
+static const uint8_t rarest[] = {TYPE_HELLO, TYPE_BYE, TYPE_STATISTICS, TYPE_RESTART, 0x13, 0x81, TYPE_UPLOAD | PROTOCOL_REPLY_BIT};
 
 static uint8_t choose_type(unsigned *random, const session_t *session)
 {

@@ -17,9 +17,11 @@
 #include <string.h>
 #include <time.h>
 
+#include "fake_flash.h"
 #include "fake_frame_link.h"
 #include "fake_stream.h"
 #include "fuzz_datagrams.h"
+#include "generated/soc.h"
 #include "link/udp_link.h"
 #include "litestereo/bytes.h"
 #include "litestereo/platform.h"
@@ -40,12 +42,16 @@ static counters_t    counters;
 static session_t     session;
 static frame_link_t  driver;
 static udp_link_t    udp;
+static flash_t       flash;
+static update_t      update;
 static uint64_t      ticks;
 static unsigned      seed;
 static device_info_t info = {
     .max_width = 640, .max_height = 480, .sys_clk_hz = HZ, .name = "fuzz",
     .limits = {.max_disparities = 64, .min_block_size = 5, .max_block_size = 21, .features = 0xff},
 };
+
+static _Alignas(8) uint8_t image[FLASH_IMAGE_BYTES];
 
 /* What is known of the frame in each slot. */
 static struct {
@@ -55,6 +61,7 @@ static struct {
 
 static uint32_t parts;                     /* Parts of maps that went out. */
 static uint32_t live;                      /* Those of them that went by themselves. */
+static uint32_t images;                    /* Chunks of a firmware that were taken. */
 static uint32_t streamed;                  /* Streamed frames that were matched. */
 static uint32_t errors[ERROR_BUSY + 1];    /* Refusals by code. */
 
@@ -131,6 +138,8 @@ static bool take_reply(const peer_t *peer, const uint8_t *bytes, size_t length)
     if (message.type == TYPE_ERROR) {
         REQUIRE(message.length == PROTOCOL_ERROR_SIZE && get_u16(message.payload) <= ERROR_BUSY);
         errors[get_u16(message.payload)]++;
+    } else if (message.type == (TYPE_IMAGE | PROTOCOL_REPLY_BIT)) {
+        images++;
     } else if (message.type == (TYPE_READ | PROTOCOL_REPLY_BIT)) {
         const frame_t *frame = frame_pool_find(&pool, FRAME_OWNER_LINK, message.frame_id);
 
@@ -230,6 +239,9 @@ static void turn(void)
     clock_now();
     udp_link_poll(&udp, ticks);
     session_poll(&session, ticks);
+    update_poll(&update, ticks);
+    /* The device is there again at once, with its memory as it was. */
+    session.restarting = session.restarting && !session_wants_restart(&session, ticks);
     check_frames(false);
 }
 
@@ -242,6 +254,10 @@ static void start(void)
     REQUIRE(pool.max_pixels <= MAP_MAX / 2);
     close_gaps();
     session_init(&session, &info, &pool, &counters, stop, NULL);
+    fake_flash_reset();
+    REQUIRE(flash_init(&flash, HZ) == STATUS_OK);
+    update_init(&update, &flash, image);
+    session.update = &update;
     fake_frame_link.version   = FRAME_LINK_VERSION;
     fake_frame_link.streaming = true;
     fake_frame_link.skips     = 8;
@@ -304,6 +320,8 @@ static void require_depth(void)
             exit(1);
         }
     }
+    /* Firmwares have come, and none of them was one. */
+    REQUIRE(images > 0 && fake_flash.operations == 0);
     REQUIRE(parts > live && live > 0 && streamed > 0);
 }
 

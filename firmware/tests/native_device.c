@@ -10,16 +10,22 @@
 #define _DEFAULT_SOURCE
 
 #include <getopt.h>
+#include <setjmp.h>
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 #include <sys/mman.h>
 #include <time.h>
 
 #include "app/app.h"
+#include "boot/image.h"
+#include "fake_flash.h"
 #include "fake_frame_link.h"
 #include "fake_stereo.h"
 #include "generated/csr.h"
+#include "generated/soc.h"
+#include "litestereo/firmware_tag.h"
 #include "litestereo/platform.h"
 #include "tcp_uart.h"
 #include "udp_wire.h"
@@ -36,6 +42,8 @@ static struct {
     uint16_t port;
     long     udp_port;     /* -1 for none. */
     bool     stored_only;  /* No way for streamed frames. */
+    jmp_buf  reset;        /* Where a reset leads. */
+    uint8_t  booted[FLASH_IMAGE_BYTES];  /* What the boot program has found in flash. */
 } device = {.memory_size = 16 << 20, .clock_hz = 100000000, .udp_port = -1};
 
 static void stop(int signal)
@@ -118,8 +126,12 @@ void reset_begin(reset_report_t *report)
 
 void reset_now(reset_cause_t cause, uint32_t place, uint16_t line)
 {
-    fprintf(stderr, "native_device: the firmware resets the SoC: cause %d, at 0x%x, line %u\n", (int)cause, place, line);
-    exit(1);
+    if (cause != RESET_REQUESTED) {
+        fprintf(stderr, "native_device: the firmware resets the SoC: cause %d, at 0x%x, line %u\n", (int)cause, place,
+            line);
+        exit(1);
+    }
+    longjmp(device.reset, 1);
 }
 
 const char *reset_cause_name(reset_cause_t cause)
@@ -150,6 +162,41 @@ static void listen_to_udp(void)
     fake_frame_link.matching  = is_matching;
 }
 
+/* Flash. */
+
+/* What `make flash` leaves in it: this firmware twice, or at least a firmware with its tag. */
+static void fill_flash(void)
+{
+    uint8_t firmware[1000];
+
+    memset(firmware, 0x5a, sizeof(firmware));
+    memcpy(firmware + sizeof(firmware) - sizeof(firmware_tag), &firmware_tag, sizeof(firmware_tag));
+    for (uint32_t image = 0; image < FLASH_IMAGES; image++) {
+        fake_flash_put_image(FLASH_IMAGES_OFFSET + image * FLASH_IMAGE_BYTES, firmware, sizeof(firmware));
+    }
+}
+
+/* The boot program. This program goes on being the firmware, but it calls itself what the one in flash does. */
+static void boot(void)
+{
+    if (!fake_flash.present) {
+        return;
+    }
+    for (uint32_t image = 0; image < FLASH_IMAGES; image++) {
+        uint32_t length = image_load(FLASH_IMAGES_OFFSET + image * FLASH_IMAGE_BYTES, device.booted, FLASH_IMAGE_BYTES - 8);
+
+        if (length >= sizeof(firmware_tag)) {
+            firmware_tag_t tag;
+
+            memcpy(&tag, device.booted + length - sizeof(tag), sizeof(tag));
+            device.app.info.firmware_version = (uint16_t)tag.version;
+            return;
+        }
+    }
+    fprintf(stderr, "native_device: no firmware in flash\n");
+    exit(1);
+}
+
 /* The program. */
 
 static void usage(void)
@@ -168,14 +215,17 @@ static void usage(void)
         "  --max-disparities N   built number of disparities (default: 64)\n"
         "  --max-block-size N    built largest block size (default: 21)\n"
         "  --hang-matcher        never finish a frame\n"
-        "  --bus-error           end every frame with a bus error\n");
+        "  --bus-error           end every frame with a bus error\n"
+        "  --flash               a flash, with the firmware in it\n"
+        "  --flash-protected     a flash that does not follow commands to write\n"
+        "  --flash-busy N        looks at its status that an operation lasts (default: 3)\n");
     exit(2);
 }
 
 static void parse_options(int argc, char **argv)
 {
     enum { PORT, UDP_PORT, MAX_CHUNKS, MEMORY, CLOCK_HZ, CLOCKS_PER_PIXEL, MAX_WIDTH, MAX_DISPARITIES, MAX_BLOCK_SIZE,
-        HANG, BUS_ERROR, STORED_ONLY, SKIP_PARTS };
+        HANG, BUS_ERROR, STORED_ONLY, SKIP_PARTS, FLASH, FLASH_PROTECTED, FLASH_BUSY };
     static const struct option options[] = {
         {"port",             required_argument, NULL, PORT},
         {"udp-port",         required_argument, NULL, UDP_PORT},
@@ -190,6 +240,9 @@ static void parse_options(int argc, char **argv)
         {"bus-error",        no_argument,       NULL, BUS_ERROR},
         {"stored-only",      no_argument,       NULL, STORED_ONLY},
         {"skip-parts",       required_argument, NULL, SKIP_PARTS},
+        {"flash",            no_argument,       NULL, FLASH},
+        {"flash-protected",  no_argument,       NULL, FLASH_PROTECTED},
+        {"flash-busy",       required_argument, NULL, FLASH_BUSY},
         {NULL, 0, NULL, 0},
     };
     int option;
@@ -211,6 +264,9 @@ static void parse_options(int argc, char **argv)
         case BUS_ERROR:        fake_stereo.bus_error = true; break;
         case STORED_ONLY:      device.stored_only = true; break;
         case SKIP_PARTS:       fake_frame_link.skips = (unsigned)value; break;
+        case FLASH:            fake_flash.present = true; break;
+        case FLASH_PROTECTED:  fake_flash.present = fake_flash.protect = true; break;
+        case FLASH_BUSY:       fake_flash.busy_looks = (unsigned)value; break;
         default:               usage();
         }
     }
@@ -221,6 +277,8 @@ int main(int argc, char **argv)
     struct sigaction on_term = {.sa_handler = stop};
     uint16_t         port;
 
+    fake_flash_reset();
+    fake_flash.present = false;
     parse_options(argc, argv);
     sigaction(SIGTERM, &on_term, NULL);
     sigaction(SIGINT, &on_term, NULL);
@@ -231,10 +289,12 @@ int main(int argc, char **argv)
     }
     fake_stereo.clock = real_clock;
     listen_to_udp();
+    fill_flash();
     if (app_init(&device.app) != STATUS_OK) {
         fprintf(stderr, "the firmware does not start with these options\n");
         return 1;
     }
+    boot();
     platform_attach_stereo(handle_interrupt);
     port = tcp_uart_listen(device.port);
     if (port == 0) {
@@ -245,7 +305,15 @@ int main(int argc, char **argv)
         printf("listening on udp 127.0.0.1:%u\n", (unsigned)device.udp_port);
     }
     fflush(stdout);
-    while (tcp_uart_wait(udp_wire_socket(), fake_frame_link_busy())) {
+    if (setjmp(device.reset) != 0) {
+        fake_frame_link_reset();
+        if (app_init(&device.app) != STATUS_OK) {
+            fail("reset");
+        }
+        boot();
+        platform_attach_stereo(handle_interrupt);
+    }
+    while (tcp_uart_wait(udp_wire_socket(), fake_frame_link_busy() || update_is_running(&device.app.update))) {
         udp_wire_receive();
         app_poll(&device.app);
         tcp_uart_flush();

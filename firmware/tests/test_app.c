@@ -7,9 +7,12 @@
 /* The console, the way of frames through the matcher, and faults. */
 
 #include "app_fixture.h"
+#include "fake_flash.h"
 #include "fake_frame_link.h"
 #include "generated/csr.h"
+#include "litestereo/crc32.h"
 #include "litestereo/ensure.h"
+#include "litestereo/firmware_tag.h"
 
 static void test_console(void)
 {
@@ -341,6 +344,64 @@ static void test_udp(void)
     REQUIRE(strstr(out, "no UDP") == NULL);
 }
 
+/* While the flash is written frames are matched as ever, and the line is served. */
+static void test_update(void)
+{
+    static uint8_t firmware[5000];
+    uint32_t       pixels, matched = 0, answers = 0;
+
+    boot();
+    pixels = app.pool.max_pixels;
+    REQUIRE(app.session.update == NULL);
+    REQUIRE_TYPE("info\r", "flash: none\r\n");
+    fake_flash_reset();
+    fake_flash.busy_looks = 50;
+    boot();
+    REQUIRE(app.session.update == &app.update && app.pool.max_pixels < pixels);
+    REQUIRE(app.pool.frame[0].memory >= app.update.image + app.flash.image_bytes);
+    REQUIRE_TYPE("info\r", "flash: id 0xef4015, 2 images of 262144 bytes\r\n");
+    memset(firmware, 7, sizeof(firmware));
+    memcpy(firmware + sizeof(firmware) - sizeof(firmware_tag), &firmware_tag, sizeof(firmware_tag));
+    REQUIRE(update_begin(&app.update, sizeof(firmware), crc32_update(0, firmware, sizeof(firmware))) == STATUS_OK);
+    for (uint32_t offset = 0; offset < sizeof(firmware); offset += 1024) {
+        REQUIRE(update_take(&app.update, offset, firmware + offset, update_chunk_length(&app.update, offset)) == STATUS_OK);
+    }
+    REQUIRE(update_write(&app.update) == STATUS_OK);
+    for (uint32_t turns = 0; update_is_running(&app.update); turns++) {
+        REQUIRE(turns < 100000);
+        if (frame_pool_next(&app.pool) == NULL && frame_pool_matching(&app.pool) == NULL) {
+            for (unsigned slot = 0; slot < FRAME_POOL_SLOTS; slot++) {
+                matched += app.pool.frame[slot].state == FRAME_DONE;
+                (void)frame_release(&app.pool.frame[slot]);
+            }
+            load(turns);
+        }
+        answers += strstr(type("\r"), "litestereo> ") != NULL;
+    }
+    REQUIRE(app.update.state == UPDATE_DONE && memcmp(fake_flash.contents + 0x100008, firmware, sizeof(firmware)) == 0);
+    REQUIRE(matched > 50 && app.counters.value[COUNTER_FRAMES_FAILED] == 0 && answers > 2 * 22 * 50);
+    fake_flash.present = false;
+}
+
+/* The reply to RESTART has a tenth of a second to leave. */
+static void test_restart(void)
+{
+    uint64_t begin;
+
+    fake_frame_link.version = FRAME_LINK_VERSION;
+    fake_frame_link.send    = send_nothing;
+    boot();
+    post(TYPE_HELLO, 0, (const uint8_t *)"abcd", 4);
+    begin = now;
+    post(TYPE_RESTART, 0, NULL, 0);
+    while (resets == 0) {
+        REQUIRE(now - begin < 110000);
+        app_poll(&app);
+    }
+    REQUIRE(now - begin >= 100000 && last_reset == RESET_REQUESTED);
+    fake_frame_link.version = 0;
+}
+
 int main(void)
 {
     make_memory();
@@ -356,6 +417,8 @@ int main(void)
     test_faults();
     test_udp();
     test_udp_session();
+    test_update();
+    test_restart();
     test_reset();
     test_ensure();
     test_wrong_gateware();

@@ -31,6 +31,7 @@ examples:
   litestereo export out/disparity.npy -o out --format ply --left left.png --focal 700 --baseline 0.12
   litestereo info --device udp://192.168.1.50 --json
   litestereo console --device tcp://127.0.0.1:2000 selftest
+  litestereo update firmware.bin --device udp://192.168.1.50
 
 devices:
   udp://host:port                   a device on a network (default port: 19539)
@@ -47,14 +48,28 @@ exit status: 0 success, 1 failure, 2 wrong usage, 130 interrupted (stream and vi
 
 def _parser() -> Parser:
     # Here and not above: loading OpenCV takes a while, and an interrupt meanwhile shall end like any other.
-    from . import bench, calibrate, completion, console, evaluate, export, info, match, rectify, stats, stream, view
+    from . import (
+        bench,
+        calibrate,
+        completion,
+        console,
+        evaluate,
+        export,
+        info,
+        match,
+        rectify,
+        stats,
+        stream,
+        update,
+        view,
+    )
 
     parser  = Parser(prog="litestereo", description="Stereo matching with a LiteStereo device.",
                      epilog=_EPILOG)
     version = importlib.metadata.version("litestereo")
     parser.add_argument("--version", action="version", version=f"litestereo {version}")
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
-    for command in (match, stream, view, calibrate, rectify, evaluate, export, bench, info, stats, console):
+    for command in (match, stream, view, calibrate, rectify, evaluate, export, bench, info, stats, console, update):
         command.add_parser(commands)
     completion.add_parser(commands, lambda: parser)
     return parser

@@ -13,9 +13,6 @@ import json
 import sys
 from pathlib import Path
 
-import rich.console
-import rich.progress
-
 from ..calibration.depth import write_cloud, write_depth
 from ..calibration.rectify import read_calibration
 from ..device import connect
@@ -28,6 +25,7 @@ from ..settings import MatcherSettings
 from .arguments import Parser, add_calibration, add_device, add_json, positive
 from .match_summary import as_text, depth_summary, link_summary, match_summary
 from .matching import add_settings, chosen_settings, chosen_speckle_filter
+from .progress import progress_bars
 
 _EPILOG = """\
 examples:
@@ -94,10 +92,8 @@ def run(options: argparse.Namespace) -> int:
         info.check(width, height, settings)
         for notice in left_notices + right_notices:
             print(f"litestereo: note: {notice}", file=sys.stderr)
-        terminal = rich.console.Console(stderr=True)
-        hidden   = not terminal.is_terminal
-        with rich.progress.Progress(console=terminal, transient=True, disable=hidden) as bars:
-            result = device.compute(left, right, settings, _ProgressBars(bars))
+        with progress_bars() as progress:
+            result = device.compute(left, right, settings, progress)
         link = device.link_counters
 
     speckle   = chosen_speckle_filter(options)
@@ -115,16 +111,3 @@ def run(options: argparse.Namespace) -> int:
                | {"depth_m": depth_summary(depth_m)})
     print(json.dumps(summary, indent=2) if options.json else as_text(summary))
     return 0
-
-
-class _ProgressBars:
-    """One bar for each phase."""
-
-    def __init__(self, bars: rich.progress.Progress) -> None:
-        self._bars = bars
-        self._tasks: dict[str, rich.progress.TaskID] = {}
-
-    def __call__(self, phase: str, done: int, total: int) -> None:
-        if phase not in self._tasks:
-            self._tasks[phase] = self._bars.add_task(phase, total=total)
-        self._bars.update(self._tasks[phase], completed=done)

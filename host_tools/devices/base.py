@@ -10,6 +10,7 @@ from __future__ import annotations
 import abc
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
+from pathlib import Path
 from types import TracebackType
 from typing import Self
 
@@ -22,8 +23,12 @@ from ..features import ALL_FEATURES, DESCRIPTIONS, Feature
 from ..settings import DEFAULT_BLOCK_SIZE, DEFAULT_DISPARITIES, MatcherSettings
 from .turns import Turns
 
-#: Receives the phase ("upload", "match" or "download"), the steps done and the steps in all.
+#: Receives the phase ("upload", "match" or "download"; of an update "upload" or "write"), the steps done and the steps
+#: in all.
 Progress = Callable[[str, int, int], None]
+
+#: Longest wait in seconds for a device that restarts.
+RESTART_LIMIT_S = 60.0
 
 #: Left and right image: uint8, H x W.
 Pair = tuple[NDArray[np.uint8], NDArray[np.uint8]]
@@ -182,6 +187,37 @@ class Device(abc.ABC):
         Returns the text printed up to the next prompt, or until nothing comes for `timeout_s`. Raises
         DeviceError if the device has no console, LinkTimeout if it prints nothing at all.
         """
+
+    def update_firmware(self, firmware: Path | bytes, *, restart: bool = True, progress: Progress | None = None,
+                        restart_limit_s: float = RESTART_LIMIT_S) -> DeviceInfo:
+        """Writes another firmware to the device's flash, and has the device start it.
+
+        Parameters
+        ----------
+        firmware
+            The image, `firmware.bin` of a build, or its bytes.
+        restart
+            Whether the device is restarted; else it starts the new firmware when somebody does that.
+        progress
+            Told of the phases "upload" and "write".
+        restart_limit_s
+            Longest wait in seconds for the device to come back.
+
+        Returns
+        -------
+        What the device is after that.
+
+        Raises
+        ------
+        FirmwareError
+            The image is damaged, or not for this device.
+        UnsupportedError
+            The device has no flash that could be written to.
+        DeviceError
+            The device is gone, does not answer, did not take the firmware, or did not come back with it. A good
+            firmware is in its flash in any case.
+        """
+        raise UnsupportedError(f"{self.info().name} has no firmware that could be replaced")
 
     def close(self) -> None:  # noqa: B027 - devices that hold nothing need none
         """Lets go of the device; closing twice does no harm."""

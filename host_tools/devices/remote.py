@@ -9,15 +9,18 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Callable, Iterable, Iterator
+from pathlib import Path
 
 from .. import payloads
 from ..call import LinkCounters, LinkSettings
 from ..channel import Channel
 from ..errors import DeviceError, DeviceRefused, LiteStereoError, ProtocolError
+from ..firmware_image import read_firmware
 from ..link import Link
 from ..protocol import MessageType
-from .base import Device, DeviceInfo
+from .base import RESTART_LIMIT_S, Device, DeviceInfo, Progress
 from .frame import Frame
+from .updating import restart_device, write_firmware
 
 #: A goodbye is a courtesy: the time in seconds that it may take.
 _BYE_LIMIT_S = 1.0
@@ -25,6 +28,24 @@ _BYE_LIMIT_S = 1.0
 
 def _version(number: int) -> str:
     return f"{number >> 8}.{number & 0xff}"
+
+
+def _describe(url: str, capabilities: payloads.Capabilities) -> DeviceInfo:
+    return DeviceInfo(
+        url          = url,
+        name         = capabilities.name or "device",
+        max_width        = capabilities.max_width,
+        max_height       = capabilities.max_height,
+        max_pixels       = capabilities.max_pixels,
+        max_disparities  = capabilities.max_disparities,
+        min_block_size   = capabilities.min_block_size,
+        max_block_size   = capabilities.max_block_size,
+        slots        = capabilities.slots,
+        sys_clk_hz       = capabilities.sys_clk_hz,
+        features         = capabilities.features,
+        gateware_version = _version(capabilities.gateware_version),
+        firmware_version = _version(capabilities.firmware_version),
+    )
 
 
 class RemoteDevice(Device):
@@ -62,21 +83,7 @@ class RemoteDevice(Device):
             self._usable = False
             self.close()
             raise
-        self._info = DeviceInfo(
-            url              = url,
-            name             = capabilities.name or "device",
-            max_width        = capabilities.max_width,
-            max_height       = capabilities.max_height,
-            max_pixels       = capabilities.max_pixels,
-            max_disparities  = capabilities.max_disparities,
-            min_block_size   = capabilities.min_block_size,
-            max_block_size   = capabilities.max_block_size,
-            slots            = capabilities.slots,
-            sys_clk_hz       = capabilities.sys_clk_hz,
-            features         = capabilities.features,
-            gateware_version = _version(capabilities.gateware_version),
-            firmware_version = _version(capabilities.firmware_version),
-        )
+        self._info = _describe(url, capabilities)
 
     @property
     def link_counters(self) -> LinkCounters:
@@ -91,6 +98,25 @@ class RemoteDevice(Device):
         """The device's counters by name."""
         with self._guarded():
             return payloads.unpack_counters(self._link.call(MessageType.STATISTICS).payload)
+
+    def update_firmware(self, firmware: Path | bytes, *, restart: bool = True, progress: Progress | None = None,
+                        restart_limit_s: float = RESTART_LIMIT_S) -> DeviceInfo:
+        """Writes another firmware to the device's flash; see `Device.update_firmware`."""
+        image = read_firmware(firmware)
+        image.check(self._info)
+        with self._guarded():
+            write_firmware(self._link, image, progress)
+            if restart:
+                capabilities = restart_device(self._link, restart_limit_s)
+                self._info   = _describe(self._info.url, capabilities)
+                self._session_began()
+        if restart and self._info.firmware_version != image.version:
+            raise DeviceError(f"the device started firmware {self._info.firmware_version} instead of {image.version}: "
+                              "see what it says on its serial line")
+        return self._info
+
+    def _session_began(self) -> None:
+        """Forgets what was told the device in the session before."""
 
     def close(self) -> None:
         """Ends the session, and closes the channel."""

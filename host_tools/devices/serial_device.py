@@ -31,6 +31,9 @@ class SerialDevice(RemoteDevice):
         self._frame_ids = itertools.count(1)
         self._transfer  = Transfer(self._link)
 
+    def _session_began(self) -> None:
+        self._transfer = Transfer(self._link)
+
     def console(self, line: str, timeout_s: float = 10.0) -> str:
         """Types a line at the device's console; see `Device.console`."""
         with self._guarded():

@@ -49,6 +49,9 @@ class UdpDevice(RemoteDevice):
         self._pipelines: list[Pipeline] = []
         self._configured: MatcherSettings | None = None
 
+    def _session_began(self) -> None:
+        self._configured = None
+
     def console(self, line: str, timeout_s: float = 10.0) -> str:
         """Raises DeviceError: the console is on the serial line."""
         raise DeviceError(f"{self._info.url} has no console: it is on the device's serial line, use serial: or tcp:")

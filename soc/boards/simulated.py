@@ -11,7 +11,7 @@ import shutil
 import subprocess
 import sys
 
-from migen.genlib.io import CRG
+from migen import ClockDomainsRenamer
 
 from litex.build.sim               import SimPlatform
 from litex.soc.integration.builder import Builder
@@ -19,7 +19,7 @@ from litex.soc.integration.builder import Builder
 from litedram.phy.model import SDRAMPHYModel
 
 from ..ethernet_model import EthernetPHYModel
-from ..simulation     import IO, SYS_CLK_FREQ, SimulatedSoC
+from ..simulation     import IO, SYS_CLK_FREQ, SimulatedCRG, SimulatedSoC
 from .                import soc_class
 from .board_soc       import BoardSoC
 from .flash_model     import FlashModel
@@ -39,7 +39,7 @@ def simulated(board):
             self.comb += self.platform.trace.eq(0)
 
         def add_clocking(self, platform, sys_clk_freq):
-            self.crg = CRG(platform.request("sys_clk"))
+            self.crg = SimulatedCRG(platform.request("sys_clk"))
 
         def make_memory_phy(self, module):
             self.sdrphy = SDRAMPHYModel(module, data_width=base.memory_bits, clk_freq=self.preset.sys_clk_freq)
@@ -51,7 +51,8 @@ def simulated(board):
             return EthernetPHYModel(*pads) if base.make_ethernet_phy is not BoardSoC.make_ethernet_phy else None
 
         def make_flash_pads(self):
-            return FlashModel(self.flash_image_bytes)
+            # A reset of the SoC is none of the flash.
+            return ClockDomainsRenamer("por")(FlashModel(self.flash_images*self.flash_image_bytes))
 
     return SimulatedBoard
 
@@ -74,7 +75,7 @@ def build(board, output_dir, modules_dir):
         opt_level       = "O3",
     )
     with open(os.path.join(output_dir, "board.json"), "w") as file:
-        json.dump({"rom": soc.rom_bytes}, file)
+        json.dump({"rom": soc.rom_bytes, "flash": {"bytes": soc.flash_image_bytes, "images": soc.flash_images}}, file)
     subprocess.run(["bash", "build_sim.sh"], cwd=builder.gateware_dir, check=True)
 
 if __name__ == "__main__":

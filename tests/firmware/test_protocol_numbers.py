@@ -9,6 +9,7 @@ import re
 
 import pytest
 
+from litestereo.host_tools.features import Feature
 from support.firmware_build import ROOT
 
 DOCUMENT = (ROOT / "docs" / "protocol.md").read_text()
@@ -77,12 +78,31 @@ def test_states():
     assert states == {name: int(value) for value, name in re.findall(r"(\d) (\w+)", documented)}
 
 
+@pytest.mark.parametrize(("field", "prefix", "none"), [("state", "UPDATE_", {}),
+                                                       ("failure", "UPDATE_", {"no_failure": 0})])
+def test_updates(field, prefix, none):
+    header     = (INCLUDE / "update.h").read_text()
+    body       = re.search(rf"typedef enum {{([^}}]*?)}} update_{field}_t", header, re.DOTALL)[1]
+    numbers    = {name.lower(): int(value) for name, value in re.findall(rf"{prefix}(\w+)\s*=\s*(\d)", body)}
+    documented = next(row[2] for row in section("Progress") if f"`{field}`" in row[2])
+    assert numbers == none | {name: int(value) for value, name in re.findall(r"(\d) (\w+)", documented)}
+
+
+def test_features():
+    documented = {row[1].strip("`"): int(row[0]) for row in section("Features")}
+    for name in ("streaming", "update"):
+        bit = re.search(rf"#define PROTOCOL_FEATURE_{name.upper()} \(1u << (\d+)\)", PROTOCOL)[1]
+        assert int(bit) == documented[name]
+    assert {feature.name.lower(): feature.value.bit_length() - 1 for feature in Feature} == documented
+
+
 @pytest.mark.parametrize(("name", "pattern"), [
     ("PROTOCOL_VERSION",           r"Link protocol, version (\d+)"),
     ("PROTOCOL_MAGIC",             r"\(`(0x\w+)`\)"),
     ("PROTOCOL_CHUNK_SIZE",        r"bytes of payload, 0 to (\d+)"),
     ("PROTOCOL_CAPABILITIES_SIZE", r"name` of the device.*?^(\d+) bytes\."),
     ("PROTOCOL_STATUS_SIZE",       r"first missing upload offset while.*?^(\d+) bytes\."),
+    ("PROTOCOL_PROGRESS_SIZE",     r"bytes of the longest firmware.*?^(\d+) bytes\. Until"),
     ("PROTOCOL_NO_OFFSET",         r"`(0xf+)` if none is missing"),
 ])
 def test_constants(name, pattern):

@@ -215,7 +215,7 @@ def test_the_environment_names_the_device(monkeypatch, url, capfd):
     assert json.loads(capfd.readouterr().out)["url"] == url
 
 
-COMMANDS = ("match", "eval", "export", "info", "stats", "console")
+COMMANDS = ("match", "eval", "export", "info", "stats", "console", "update")
 
 
 @pytest.mark.parametrize("arguments", [["--help"], ["--version"], *([command, "--help"] for command in COMMANDS)])
@@ -243,6 +243,9 @@ def test_help_and_version(arguments, capfd):
     (["info", "--device", "model:?colour=blue"], "unknown option 'colour'"),
     (["info", "--device", "serial:/dev/null?baud=fast"], "baud must be a whole number"),
     (["stats"], "--device"),
+    (["update", "--device", "model:"], "FILE"),
+    (["update", "firmware.bin"], "--device"),
+    (["update", "f", "--device", "model:", "--restart-limit", "0"], "above 0"),
     (["stats", "--device", "model"], "tcp://127.0.0.1:2000"),
     (["stats", "--device", "model:", "all"], "unrecognized"),
     (["console", "--device", "model:"], "COMMAND"),

@@ -16,10 +16,10 @@ import pytest
 from litestereo.host_tools import payloads, protocol
 from litestereo.host_tools.errors import LiteStereoError, ProtocolError, SessionLost
 from litestereo.host_tools.protocol import ErrorCode, Message, MessageType, Parameter
-from litestereo.host_tools.refusals import failed_frame, refusal
+from litestereo.host_tools.refusals import failed_frame, failed_update, refusal
 from litestereo.host_tools.serial_framing import MAX_ENCODED_BYTES, Demultiplexer, frame
 from support.pairs import byte_generator
-from support.protocol_vectors import CAPABILITIES, STATUS, VECTOR_FILE, vector_text, vectors
+from support.protocol_vectors import CAPABILITIES, PROGRESS, STATUS, VECTOR_FILE, vector_text, vectors
 
 DOCUMENT = Path(__file__).parents[2] / "docs" / "protocol.md"
 
@@ -119,6 +119,7 @@ def test_a_newer_device_may_append_and_an_older_may_lack_counters():
 
 def test_short_payloads_are_refused():
     for unpack in (payloads.Capabilities.unpack, payloads.FrameStatus.unpack, payloads.unpack_number,
+                   payloads.UpdateProgress.unpack,
                    payloads.unpack_opened, payloads.unpack_error):
         with pytest.raises(ProtocolError):
             unpack(b"\0\0")
@@ -163,7 +164,8 @@ def test_documented_header():
 
 def test_documented_capabilities_and_status():
     sizes = {"u8": 1, "u16": 2, "u32": 4, "16 bytes": 16}
-    for heading, payload in (("Capabilities", CAPABILITIES.pack()), ("Frame status", STATUS.pack())):
+    for heading, payload in (("Capabilities", CAPABILITIES.pack()), ("Frame status", STATUS.pack()),
+                             ("Progress", PROGRESS.pack())):
         rows   = table(heading)
         offset = 0
         for row in rows:
@@ -186,6 +188,29 @@ def test_every_refusal_is_one_clear_line(code):
     assert "\n" not in text and len(text) > 30
     assert isinstance(refusal(reply), SessionLost) == (code in (ErrorCode.SESSION, ErrorCode.BUSY))
     assert isinstance(failed_frame(7, code), LiteStereoError)
+
+
+@pytest.mark.parametrize("failure", [*payloads.UpdateFailure, 99])
+def test_every_failure_of_an_update_is_one_clear_line(failure):
+    text = str(failed_update(failure))
+    assert "\n" not in text and len(text) > 40
+
+
+@pytest.mark.parametrize("request_type", [MessageType.UPDATE, MessageType.IMAGE, MessageType.WRITE,
+                                          MessageType.PROGRESS])
+def test_refusals_of_updates_speak_of_updates(request_type):
+    def text(code, detail):
+        return str(refusal(Message(MessageType.ERROR, payload=payloads.pack_error(code, request_type, detail))))
+    assert "no flash" in text(ErrorCode.TYPE, request_type)
+    assert "an update is writing" in text(ErrorCode.STATE, payloads.UpdateState.WRITING)
+    assert "too long" in text(ErrorCode.SIZE, 6)
+
+
+def test_documented_states_of_an_update():
+    fields = {row[2].split(",")[0].split(" ")[0].rstrip(":"): row[2] for row in table("Progress")}
+    for name, numbers in (("state", payloads.UpdateState), ("failure", payloads.UpdateFailure)):
+        documented = {word.upper(): int(number) for number, word in re.findall(r"(\d) (\w+)", fields[name])}
+        assert documented == {member.name: member.value for member in numbers}
 
 
 def test_a_refusal_of_unknown_code_still_says_something():

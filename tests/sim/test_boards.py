@@ -3,7 +3,8 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Each board's own SoC in litex_sim: it boots from its flash, passes its self test, and matches a real pair."""
+"""Each board's own SoC in litex_sim: it boots from its flash, passes its self test, matches a real pair, and takes
+another firmware over its link."""
 
 from __future__ import annotations
 
@@ -14,8 +15,10 @@ import pytest
 
 from litestereo.host_tools.device import connect
 from litestereo.host_tools.settings import MatcherSettings
+from litestereo.sim.build import build_firmware, build_soc
 from litestereo.sim.system import start_simulation
 from litestereo.soc.boards import BOARDS, soc_class
+from litestereo.soc.boards.build import flash_image
 from support.data import stereo_pair
 from support.expected import expected_map
 
@@ -28,11 +31,21 @@ CHOSEN = os.environ.get("LITESTEREO_BOARDS", "colorlight_i5").split()
 SIMULATED = [board for board in BOARDS if board != "ecpix5"]
 
 
+def require_chosen(board):
+    if board not in CHOSEN:
+        pytest.skip(f"not in LITESTEREO_BOARDS: {' '.join(CHOSEN)}")
+
+
+def url_of(board, simulation):
+    """The board's faster link."""
+    return f"udp://127.0.0.1:{simulation.udp_port}" if board.startswith("colorlight") else \
+        f"tcp://127.0.0.1:{simulation.port}"
+
+
 @pytest.mark.parametrize("board", SIMULATED)
 def test_board(board):
     """Boot program, RAM of its kind and width, preset: as on the board; pins and clocks are the simulator's."""
-    if board not in CHOSEN:
-        pytest.skip(f"not in LITESTEREO_BOARDS: {' '.join(CHOSEN)}")
+    require_chosen(board)
     preset   = soc_class(board).preset
     settings = MatcherSettings(preset.disparities, preset.max_block_size,
                                uniqueness_ratio=15 if "uniqueness" in preset.features else 0,
@@ -41,10 +54,27 @@ def test_board(board):
     pair        = stereo_pair("motorcycle")
     left, right = (np.ascontiguousarray(image[200:240, 100:420]) for image in (pair.left, pair.right))
     with start_simulation(board, timeout_s=900) as simulation:
-        url = f"udp://127.0.0.1:{simulation.udp_port}" if board.startswith("colorlight") else \
-            f"tcp://127.0.0.1:{simulation.port}"
+        url = url_of(board, simulation)
         with connect(f"tcp://127.0.0.1:{simulation.port}") as device:
             assert "selftest: passed" in device.console("selftest", 900)
         with connect(url) as device:
             result = device.compute(left, right, settings)
     assert np.array_equal(result.disparity, expected_map(left, right, settings))
+
+
+@pytest.mark.parametrize("board", SIMULATED)
+def test_update(board):
+    """Another firmware goes to the board's flash over its link; after a reset of the SoC it is the one that answers.
+
+    The reset is that of the whole SoC, by its own register; the boot program then reads the flash, which has kept what
+    was written to it.
+    """
+    require_chosen(board)
+    image = flash_image(build_firmware(build_soc(board), 0x0102).read_bytes())
+    with start_simulation(board, timeout_s=900) as simulation:
+        with connect(url_of(board, simulation)) as device:
+            assert device.info().firmware_version == "0.1"
+            assert device.update_firmware(image, restart_limit_s=1800).firmware_version == "1.2"
+        with connect(f"tcp://127.0.0.1:{simulation.port}") as device:
+            assert device.info().firmware_version == "1.2"
+            assert "flash: id 0xef4018, 2 images of 262144 bytes" in device.console("info", 900)

@@ -33,6 +33,8 @@ CAPABILITIES = payloads.Capabilities(
 STATUS = payloads.FrameStatus(state=payloads.FrameState.DONE, slot=1, error=0, clocks=123456,
                               first_row_clocks=2345, first_missing=0xffffffff)
 
+PROGRESS = payloads.UpdateProgress(state=payloads.UpdateState.WRITING, failure=0, done=20000, total=300000, room=262136)
+
 
 def _types() -> Iterator[tuple[str, Message]]:
     """Every request with its reply, and every error."""
@@ -54,6 +56,11 @@ def _types() -> Iterator[tuple[str, Message]]:
         (MessageType.MISSING,    7, 0,    b"",                            bytes(range(11))),
         (MessageType.STREAM,     8, 0,    payloads.pack_size(247, 166),   payloads.pack_opened(1, 0)),
         (MessageType.PAIRS,      8, 3072, bytes(range(256)) * 4,          None),
+        (MessageType.UPDATE,     0, 0,    payloads.pack_update(50000, 7), PROGRESS.pack()),
+        (MessageType.IMAGE,      0, 1024, bytes(range(256)) * 4,          b""),
+        (MessageType.WRITE,      0, 0,    b"",                            PROGRESS.pack()),
+        (MessageType.PROGRESS,   0, 0,    b"",                            PROGRESS.pack()),
+        (MessageType.RESTART,    0, 0,    b"",                            b""),
     ]
     for sequence, (kind, frame_id, offset, payload, answer) in enumerate(exchanges, start=1):
         session = 0 if kind == MessageType.HELLO else SESSION

@@ -32,10 +32,14 @@
 /* Bit of the capabilities' features: frames may be streamed. The others are the matcher's. */
 #define PROTOCOL_FEATURE_STREAMING (1u << 8)
 
+/* Likewise: the firmware can be replaced over the link. */
+#define PROTOCOL_FEATURE_UPDATE (1u << 9)
+
 #define PROTOCOL_CAPABILITIES_SIZE 52u
 #define PROTOCOL_NAME_OFFSET       36u
 #define PROTOCOL_NAME_SIZE         16u
 #define PROTOCOL_STATUS_SIZE       16u
+#define PROTOCOL_PROGRESS_SIZE     16u
 #define PROTOCOL_ERROR_SIZE        8u
 #define PROTOCOL_PARAMETER_SIZE    8u
 
@@ -66,6 +70,11 @@ enum protocol_type {
     TYPE_MISSING    = 0x0b,
     TYPE_STREAM     = 0x0c,
     TYPE_PAIRS      = 0x0d,
+    TYPE_UPDATE     = 0x0e,
+    TYPE_IMAGE      = 0x0f,
+    TYPE_WRITE      = 0x10,
+    TYPE_PROGRESS   = 0x11,
+    TYPE_RESTART    = 0x12,
     TYPE_ERROR      = 0xff,
 };
 
@@ -112,6 +121,7 @@ enum protocol_size {
     SIZE_TOO_LARGE  = 3,
     SIZE_TOO_NARROW = 4,
     SIZE_TOO_LOW    = 5,
+    SIZE_TOO_LONG   = 6,
 };
 
 #endif

@@ -17,6 +17,7 @@
 #include "litestereo/frame_stream.h"
 #include "litestereo/message.h"
 #include "litestereo/peer.h"
+#include "litestereo/update.h"
 
 /** Streamed frames that have left and are remembered, so that a late copy of their STREAM begins nothing. */
 #define SESSION_STREAMS 16u
@@ -67,6 +68,9 @@ typedef struct {
     session_stop_t       stop;           /**< Called to stop a match. */
     void                *context;        /**< First argument of `stop`. */
     const session_transfer_t *transfer;  /**< What serves peers of UDP; null if there is no UDP. */
+    update_t            *update;         /**< What replaces the firmware; null if there is no flash. */
+    bool                 restarting;     /**< The device is about to begin anew, and answers nothing but RESTART. */
+    uint64_t             restart_at;     /**< Clock when it does. */
     peer_t               peer;           /**< Who said hello. */
     uint64_t             heard;          /**< Clock when something last came from it. */
     uint64_t             looked;         /**< Clock when session_poll last looked for chunks. */
@@ -95,6 +99,9 @@ bool session_handle(session_t *session, uint64_t clock, const peer_t *peer, cons
 
 /** Notices from time to time that chunks come past the session; to be called often. */
 void session_poll(session_t *session, uint64_t clock);
+
+/** Whether the device is to be reset now: somebody asked for it, and the reply has had its time to leave. */
+bool session_wants_restart(const session_t *session, uint64_t clock);
 
 /** Brings the counters up to date, and notices chunks that came past the session. */
 void session_look(session_t *session, uint64_t clock);

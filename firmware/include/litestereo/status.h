@@ -25,6 +25,7 @@ typedef enum {
     STATUS_FRAMING,       /**< Not COBS, or too long, or too short. */
     STATUS_HEADER,        /**< Wrong magic or length in a message. */
     STATUS_CRC,           /**< The checksum does not fit the message. */
+    STATUS_PROTECTED,     /**< The flash does not let itself be written. */
 } status_t;
 
 #endif

@@ -17,6 +17,9 @@
 #define CSR_FRAME_LINK_STREAM_CONTROL_ADDR 0xf0000880L
 #endif
 #define CSR_UART_BASE   0xf0002000L
+#ifndef WITHOUT_FLASH
+#define CSR_FLASH_BASE  0xf0005000L
+#endif
 #define CSR_TIMER0_UPTIME_CYCLES_ADDR 0xf0003000L
 
 void stereo_left_base_write(uint32_t value);

@@ -12,4 +12,8 @@
 #define UART_RX_FIFO_DEPTH 256
 #define UART_TX_FIFO_DEPTH 16
 
+#define FLASH_IMAGES        2
+#define FLASH_IMAGES_OFFSET 0x100000
+#define FLASH_IMAGE_BYTES   0x40000
+
 #endif

@@ -1,0 +1,200 @@
+/*
+ * This file is part of LiteStereo.
+ *
+ * SPDX-License-Identifier: BSD-2-Clause
+ */
+
+#include "litestereo/flash.h"
+
+#include <string.h>
+
+#include "platform.h"
+
+/* The boards' SoCs say where in it the images are. */
+#if defined(CSR_FLASH_BASE) && defined(FLASH_IMAGES)
+
+#include "flash_pins.h"
+
+enum {
+    COMMAND_PROGRAM      = 0x02,
+    COMMAND_STATUS       = 0x05,
+    COMMAND_WRITE_ENABLE = 0x06,
+    COMMAND_ERASE_SECTOR = 0x20,
+    COMMAND_ID           = 0x9f,
+};
+
+/* Bits of the status: an operation is under way, the write enable latch, what is protected. */
+enum { STATUS_BIT_BUSY = 0x01, STATUS_BIT_ENABLED = 0x02, STATUS_BITS_PROTECTED = 0x1c };
+
+/* Seconds that an operation may take: more than the data sheets say, 0.4 and 0.003 of most. */
+enum { ERASE_LIMIT_S = 5, PROGRAM_LIMIT_S = 1 };
+
+/* Capacities in JEDEC's id that are powers of two of bytes, and are enough for a bitstream. */
+enum { LEAST_CAPACITY = 18, MOST_CAPACITY = 31 };
+
+static void deselect(void)
+{
+    flash_w_write(OUTPUT | SELECT);
+    flash_w_write(OUTPUT);
+}
+
+static uint8_t read_status(void)
+{
+    uint8_t status;
+
+    transfer(COMMAND_STATUS);
+    status = transfer(0);
+    deselect();
+    return status;
+}
+
+static uint32_t read_id(void)
+{
+    uint8_t  nothing;
+    uint32_t id;
+
+    /* Has the FPGA swallow the first clocks, as it may. */
+    flash_read(0, &nothing, 0);
+    transfer(COMMAND_ID);
+    id = (uint32_t)transfer(0) << 16;
+    id |= (uint32_t)transfer(0) << 8;
+    id |= transfer(0);
+    deselect();
+    return id;
+}
+
+status_t flash_init(flash_t *flash, uint32_t clock_hz)
+{
+    uint32_t maker, capacity;
+
+    memset(flash, 0, sizeof(*flash));
+    flash->images        = FLASH_IMAGES;
+    flash->images_offset = FLASH_IMAGES_OFFSET;
+    flash->image_bytes   = FLASH_IMAGE_BYTES;
+    flash->clock_hz      = clock_hz;
+    flash->id            = read_id();
+    maker                = flash->id >> 16;
+    capacity             = flash->id & 0xff;
+    if (maker == 0 || maker == 0xff || capacity < LEAST_CAPACITY || capacity > MOST_CAPACITY
+        || FLASH_IMAGES_OFFSET + FLASH_IMAGES * FLASH_IMAGE_BYTES > 1u << capacity) {
+        return STATUS_UNSUPPORTED;
+    }
+    return STATUS_OK;
+}
+
+/* Whether these bytes are of an image, and of one piece of `piece` bytes, a power of two. */
+static bool is_writable(const flash_t *flash, uint32_t address, uint32_t length, uint32_t piece)
+{
+    uint32_t inside = address - flash->images_offset;
+    uint32_t size   = flash->images * flash->image_bytes;
+
+    return address >= flash->images_offset && inside < size && length <= size - inside && length > 0
+        && address % piece + length <= piece;
+}
+
+/* Sends an enabled command with its address, and leaves the flash selected. */
+static status_t begin(flash_t *flash, uint8_t command, uint32_t address, uint64_t clock, uint32_t limit_s)
+{
+    if ((read_status() & STATUS_BIT_BUSY) != 0) {
+        return STATUS_BUSY;
+    }
+    transfer(COMMAND_WRITE_ENABLE);
+    deselect();
+    if ((read_status() & STATUS_BIT_ENABLED) == 0) {
+        return STATUS_PROTECTED;
+    }
+    flash->began = clock;
+    flash->limit = (uint64_t)limit_s * flash->clock_hz;
+    transfer(command);
+    transfer((uint8_t)(address >> 16));
+    transfer((uint8_t)(address >> 8));
+    transfer((uint8_t)address);
+    return STATUS_OK;
+}
+
+status_t flash_begin_erase(flash_t *flash, uint32_t address, uint64_t clock)
+{
+    status_t status;
+
+    if (!is_writable(flash, address, FLASH_SECTOR_BYTES, FLASH_SECTOR_BYTES)) {
+        return STATUS_BAD_ARGUMENT;
+    }
+    status = begin(flash, COMMAND_ERASE_SECTOR, address, clock, ERASE_LIMIT_S);
+    if (status == STATUS_OK) {
+        deselect();
+    }
+    return status;
+}
+
+status_t flash_begin_program(flash_t *flash, uint32_t address, const uint8_t *data, uint32_t length, uint64_t clock)
+{
+    status_t status;
+
+    if (!is_writable(flash, address, length, FLASH_PAGE_BYTES)) {
+        return STATUS_BAD_ARGUMENT;
+    }
+    status = begin(flash, COMMAND_PROGRAM, address, clock, PROGRAM_LIMIT_S);
+    if (status == STATUS_OK) {
+        while (length-- > 0) {
+            transfer(*data++);
+        }
+        deselect();
+    }
+    return status;
+}
+
+status_t flash_poll(const flash_t *flash, uint64_t clock)
+{
+    if ((read_status() & STATUS_BIT_BUSY) == 0) {
+        return STATUS_OK;
+    }
+    return clock - flash->began > flash->limit ? STATUS_TIMEOUT : STATUS_BUSY;
+}
+
+bool flash_is_protected(const flash_t *flash)
+{
+    (void)flash;
+    return (read_status() & STATUS_BITS_PROTECTED) != 0;
+}
+
+#else
+
+status_t flash_init(flash_t *flash, uint32_t clock_hz)
+{
+    memset(flash, 0, sizeof(*flash));
+    flash->clock_hz = clock_hz;
+    return STATUS_UNSUPPORTED;
+}
+
+status_t flash_begin_erase(flash_t *flash, uint32_t address, uint64_t clock)
+{
+    (void)flash;
+    (void)address;
+    (void)clock;
+    return STATUS_UNSUPPORTED;
+}
+
+status_t flash_begin_program(flash_t *flash, uint32_t address, const uint8_t *data, uint32_t length, uint64_t clock)
+{
+    (void)flash;
+    (void)address;
+    (void)data;
+    (void)length;
+    (void)clock;
+    return STATUS_UNSUPPORTED;
+}
+
+status_t flash_poll(const flash_t *flash, uint64_t clock)
+{
+    (void)flash;
+    (void)clock;
+    return STATUS_UNSUPPORTED;
+}
+
+bool flash_is_protected(const flash_t *flash)
+{
+    (void)flash;
+    return false;
+}
+
+#endif

@@ -1,0 +1,34 @@
+/*
+ * This file is part of LiteStereo.
+ *
+ * SPDX-License-Identifier: BSD-2-Clause
+ */
+
+/* The pins of the flash, which the CPU drives itself. */
+
+#ifndef LITESTEREO_DRIVERS_FLASH_PINS_H
+#define LITESTEREO_DRIVERS_FLASH_PINS_H
+
+#include <generated/csr.h>
+
+#include <stdint.h>
+
+/* Bits of the register of LiteX's SPIMaster. */
+enum { CLOCK = 1 << 0, MOSI = 1 << 1, OUTPUT = 1 << 2, SELECT = 1 << 4 };
+
+/* Sends a byte, high bit first, and returns the one that comes back meanwhile: mode 0. */
+static uint8_t transfer(uint8_t out)
+{
+    uint32_t in = 0;
+
+    for (int bit = 7; bit >= 0; bit--) {
+        uint32_t pins = SELECT | OUTPUT | ((out >> bit) & 1 ? MOSI : 0);
+
+        flash_w_write(pins);
+        flash_w_write(pins | CLOCK);
+        in = (in << 1) | (flash_r_read() & 1);
+    }
+    return (uint8_t)in;
+}
+
+#endif

@@ -1,0 +1,58 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""`litestereo update`: another firmware for a device, over its link."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from pathlib import Path
+
+from ..device import connect
+from ..devices.base import RESTART_LIMIT_S
+from ..firmware_image import read_firmware
+from .arguments import Parser, add_device, add_json, positive
+from .progress import progress_bars
+
+_EPILOG = """\
+examples:
+  litestereo update build/colorlight_i5/firmware.bin --device udp://192.168.1.50
+  litestereo update firmware.bin --device 'serial:/dev/ttyUSB0?baud=1000000' --no-restart
+
+The power may fail meanwhile: the device starts the old firmware or the new one. Then update once more.
+"""
+
+
+def add_parser(commands: argparse._SubParsersAction[Parser]) -> None:
+    """Adds the command."""
+    parser = commands.add_parser("update", help="replace a device's firmware", epilog=_EPILOG,
+                                 description="Write another firmware to a device's flash over its link, and start it.")
+    parser.add_argument("firmware", metavar="FILE", type=Path, help="firmware.bin, as `make bitstream` writes it")
+    add_device(parser)
+    parser.add_argument("--no-restart", action="store_true",
+                        help="leave the device running its old firmware until it is restarted (default: restart it)")
+    parser.add_argument("--restart-limit", metavar="SECONDS", type=positive, default=RESTART_LIMIT_S,
+                        help="longest wait for the device to come back (default: %(default)g)")
+    add_json(parser)
+    parser.set_defaults(run=run)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Runs the command; the file is checked before connecting."""
+    image = read_firmware(options.firmware)
+    with connect(options.device) as device:
+        before = device.info()
+        with progress_bars() as progress:
+            device.update_firmware(options.firmware, restart=not options.no_restart, progress=progress,
+                                   restart_limit_s=options.restart_limit)
+    summary = {"device": before.name, "url": before.url, "before": before.firmware_version, "after": image.version,
+               "bytes": len(image.program), "restarted": not options.no_restart}
+    if options.json:
+        print(json.dumps(summary, indent=2))
+    else:
+        print(f"{before.name}: firmware {before.firmware_version} -> {image.version}"
+              + (", which starts at its next restart" if options.no_restart else ""))
+    return 0
