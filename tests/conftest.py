@@ -12,8 +12,8 @@ import os
 import shutil
 
 import pytest
-from covered import gateware
 
+from covered import gateware
 from litestereo.sim.verilated_core import coverage_directory
 
 

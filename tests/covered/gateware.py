@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Which lines of the gateware's Verilog the tests have run, and which bits have gone up and down, as Verilator counts."""
+"""Which lines of the gateware's Verilog the tests have run, and which bits have gone up and down; Verilator counts."""
 
 from __future__ import annotations
 

@@ -30,8 +30,8 @@ def report(tally: Tally, counts: dict[str, int], ways) -> str:
     rows    = [f"{count:12,} {name}" for name, count in faults.items()]
     starts  = [f"{count:12,} {name}" for name, count in counts.items() if name.startswith("starts") and count]
     causes  = [f"{count:12,} {name}" for name, count in sorted(tally.causes.items())]
-    return "\n".join([f"{counts['clocks']:,} clocks of the system, {counts['wire_clocks']:,} of the wire", "faults:", *rows,
-                      "starts of the firmware:", *starts, "what the host had to recover from:", *causes,
+    return "\n".join([f"{counts['clocks']:,} clocks of the system, {counts['wire_clocks']:,} of the wire", "faults:",
+                      *rows, "starts of the firmware:", *starts, "what the host had to recover from:", *causes,
                       f"{tally.frames} frames, {tally.streamed} of them streamed; {sum(faults.values())} faults; "
                       f"{tally.recoveries} recoveries; {tally.lost} lost, {tally.wrong} wrong"])
 
@@ -41,7 +41,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(prog="soak")
     parser.add_argument("--frames", type=int, default=100_000, help="frames to match (default: %(default)s)")
     parser.add_argument("--seed", type=int, default=1, help="what draws everything (default: %(default)s)")
-    parser.add_argument("--haste", type=int, default=1, help="faults come so many times as often (default: %(default)s)")
+    parser.add_argument("--haste", type=int, default=1, help="faults come so many times as often (default: 1)")
     options = parser.parse_args()
     console = Console(stderr=True)
     with console.status("building the simulated SoC with its firmware for this computer (a minute)"):

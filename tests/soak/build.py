@@ -27,8 +27,8 @@ ELSEWHERE = {FIRMWARE / "app" / "main.c", FIRMWARE / "drivers" / "platform.c"}
 #: Registers and DMA have 32-bit addresses: no program that lies anywhere.
 C_FLAGS   = ["-std=gnu11", "-O2", "-g", "-Wall", "-Wextra", "-Werror", "-fno-pie", "-fsanitize=undefined",
              "-fno-sanitize-recover=all"]
-VERILATOR = ["verilator", "--cc", "--exe", "-O3", "--x-assign", "fast", "--x-initial", "fast", "--noassert", "-Wno-fatal",
-             "-Wno-WIDTH", "-Wno-CASEINCOMPLETE", "--top-module", "core", "-CFLAGS", "-O2 -fno-pie",
+VERILATOR = ["verilator", "--cc", "--exe", "-O3", "--x-assign", "fast", "--x-initial", "fast", "--noassert",
+             "-Wno-fatal", "-Wno-WIDTH", "-Wno-CASEINCOMPLETE", "--top-module", "core", "-CFLAGS", "-O2 -fno-pie",
              "-LDFLAGS", "-no-pie -ljson-c -fsanitize=undefined", "-o", "soak"]
 
 

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""The simulated SoC without its CPU: the registers' bus, the memory's ports and the wire are pins of the top level, at which
+"""The simulated SoC without its CPU: the registers' bus, the memory's ports and the wire are pins of the top level, where
 `machine.cpp` stands."""
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from litex.gen import LiteXModule
 from litex.gen.fhdl import verilog
 from litex.soc.integration.export import get_csr_header, get_soc_header
 from litex.soc.interconnect import wishbone
-from migen import ClockSignal, ResetSignal, Signal
+from migen import ResetSignal, Signal
 
 from litestereo.soc.ethernet_model import EthernetPHYModel
 from litestereo.soc.mapping import with_garbage
@@ -53,7 +53,7 @@ class Ports(LiteXModule):
 
 
 class SoakSoC(StereoSoC):
-    """Matcher, frame link, LiteEth's UDP core, timer, watchdog and reset record, with a bus master at pins for the CPU."""
+    """Matcher, frame link, LiteEth's UDP core, timer, watchdog and reset record; a bus master at pins is the CPU."""
     def __init__(self) -> None:
         self.pins: set[Signal] = set()
         StereoSoC.__init__(self, SimPlatform("SIM", []), CLOCK_HZ, name="soak", cpu_type=None, cpu_variant=None,
