@@ -19,7 +19,7 @@ from support.pairs import textured_pair
 
 from .soc import MATCHER
 
-#: Rows of most frames, and pixels of a row, at most; one frame in ten is larger. The smaller they are, the more there are.
+#: Rows of most frames, and pixels of a row, at most; one frame in ten is larger. Small ones are done sooner.
 MOST_ROWS, MOST_COLUMNS = 12, 44
 LARGE_ROWS              = 32
 

@@ -3,8 +3,8 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""The simulated SoC without its CPU: the registers' bus, the memory's ports and the wire are pins of the top level, where
-`machine.cpp` stands."""
+"""The simulated SoC without its CPU: the registers' bus, the memory's ports and the wire are pins of the top level.
+`machine.cpp` is what they are connected to."""
 
 from __future__ import annotations
 
