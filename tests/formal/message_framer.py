@@ -8,7 +8,7 @@
 from __future__ import annotations
 
 from litex.gen import LiteXModule
-from migen import Cat, If, Signal
+from migen import If, Signal
 
 from litestereo.gateware.message import CHUNK_BYTES, FRAME_BYTES, HEADER_WORDS
 from litestereo.gateware.message_framer import MessageFramer

@@ -56,7 +56,7 @@ def message_sorter(make=MessageSorter) -> Proof:
     proof.assume("its header has its length", ~sink.valid | (word != HEADER_WORDS - 1)
                  | (sink.data == sink.bytes - FRAME_BYTES))
     # SlotTable and StreamWriter, as they are proven.
-    proof.assume("the place stays while nothing is judged", proof.past(table.judge) | ~proof.started
+    proof.assume("a verdict stays until the next", proof.past(table.judge & ~table.judged) | ~proof.started
                  | (table.address == proof.past(table.address)))
     proof.assume("verdicts come when asked for", ~table.judged | table.judge)
     # The firmware takes messages that are there.
@@ -92,7 +92,7 @@ def message_sorter(make=MessageSorter) -> Proof:
     proof.prove("what is offered to memory stays", stays(proof, writer.sink))
     proof.prove("a block begins when none is under way", ~begin | (writer.idle & ~active))
     proof.prove("a chunk is written when it fits and has not come before", ~begin | ~table.judge
-                | (table.judged & table.fits & ~table.repeated & (core.token != 0)))
+                | (table.judged & table.fits & ~table.repeated & (proof.past(core.token) != 0)))
     proof.prove("a chunk goes to its place", ~active | letter | (writer.base == allowed))
     proof.prove("a letter to the next entry of the mailbox", ~active | ~letter | (writer.base == entry))
     proof.prove("the mailbox never overflows", (waits <= ENTRIES) & (~active | ~letter | (waits < ENTRIES)))
@@ -101,9 +101,9 @@ def message_sorter(make=MessageSorter) -> Proof:
     proof.prove("blocks end with their last word", ~active | ~writer.sink.valid
                 | (writer.sink.last == (given == length - 1)))
     proof.prove("no word outside of a block", ~writer.sink.valid | active)
-    proof.prove("a chunk is marked when it is in memory", ~table.set | (active & ~letter & ended & writer.idle))
-    proof.reach("a chunk is in memory",  table.set)
-    proof.reach("the mailbox is full", core.mailbox_full)
+    proof.prove("a chunk is marked when it is in memory", ~table.set | (~letter & ended & writer.idle))
+    proof.reach("a chunk is in memory", table.set)
+    proof.reach("a letter is in the mailbox", core.produced == 1)
     return proof
 
 

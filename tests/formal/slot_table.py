@@ -7,13 +7,12 @@
 
 from __future__ import annotations
 
-from migen import Array, If, Mux, Signal
+from migen import Array, C, Cat, If, Mux, Signal
 
 from litestereo.gateware.message import CHUNK_BYTES
 from litestereo.gateware.slot_table import SlotTable
 
 from .proof import Proof, inside
-from .streams import counted
 
 SLOTS  = 2
 CHUNKS = 64
@@ -29,8 +28,15 @@ def slot_table(make=SlotTable) -> Proof:
     before = proof.past(core.judge)
     for field in asked:
         proof.assume("what is judged stands still", ~(before & core.judge) | (field == proof.past(field)))
+    proof.assume("and until the verdict is there", ~before | core.judge | proof.past(core.judged))
     proof.assume("a slot is not opened while one is cleared", ~core.open | ~core.clearing)
     proof.assume("slots and frames are legal", (core.slot < SLOTS) & (core.pixels != 0) & (core.pixels < 2**30))
+    # The firmware closes a slot, and waits until no chunk of it is being written, before it opens it anew.
+    for n in range(SLOTS):
+        clocks = Signal(4, reset=10)
+        proof.sync += If(inside(core, f"opened{n}")[0], clocks.eq(0)).Elif(clocks != 10, clocks.eq(clocks + 1))
+        proof.assume(f"slot {n} is opened some clocks behind its closing", ~core.open | (core.slot != n)
+                     | (clocks == 10))
     ready = Signal()  # A verdict that allows a chunk has not been used.
     proof.sync += If(core.judged & core.judge, ready.eq(core.fits & ~core.repeated)).Elif(core.set | core.judge,
                                                                                          ready.eq(0))
@@ -41,11 +47,13 @@ def slot_table(make=SlotTable) -> Proof:
     pixels  = Array(inside(core, f"pixels{n}")[0] for n in range(SLOTS))
     ids     = Array(inside(core, f"frame_id{n}")[0] for n in range(SLOTS))
     base, size, frame_id = Signal(32), Signal(32), Signal(32)
-    pitch, offset, local = Signal(34), Signal(34), Signal(34)
+    rounded, pitch, local = Signal(32), Signal(32), Signal(32)
+    offset = Signal(32)
     slot = core.found[0]
     proof.comb += [
         base.eq(bases[slot]), size.eq(pixels[slot]), frame_id.eq(ids[slot]),
-        pitch.eq((size + CHUNK_BYTES - 1) & ~(CHUNK_BYTES - 1)),
+        rounded.eq(size + CHUNK_BYTES - 1),
+        pitch.eq(Cat(C(0, 10), rounded[10:])),
         offset.eq(core.address - base),
         local.eq(Mux(offset < pitch, offset, offset - pitch)),
     ]
@@ -55,9 +63,10 @@ def slot_table(make=SlotTable) -> Proof:
                 & (frame_id == core.chunk_frame_id)))
     proof.prove("and lies inside one of its images", ~allowed | (end <= size))
     proof.prove("where its offset says", ~allowed | (offset == core.chunk_offset))
+    judging = proof.past(core.judge & ~core.judged)
     verdict = [core.fits, core.repeated, core.found, core.address]
     for value in verdict:
-        proof.prove("a verdict stays until the next", ~proof.started | before | (value == proof.past(value)))
+        proof.prove("a verdict stays until the next", ~proof.started | judging | (value == proof.past(value)))
     proof.reach("a chunk fits", allowed & (core.chunk_length == 5))
-    proof.reach("one comes again", allowed & core.repeated & (counted(proof, core.set, 0, 2) == 1))
+    proof.reach("it is marked", core.set)
     return proof
