@@ -55,8 +55,8 @@ TASKS = [
     Task("Crossing", crossing, 12, 1, 24),
     Task("MessageArbiter", arbiter, 8, 1, 12),
     Task("MessageFramer", message_framer, 10, 1, 26),
-    Task("MessageBuffer", message_buffer, 18, cover=22),
-    Task("SlotTable", slot_table, 14, cover=18),
+    Task("MessageBuffer", message_buffer, 14, cover=22),
+    Task("SlotTable", slot_table, 11, cover=18),
     Task("MessageSorter", message_sorter, 13, cover=18),
     Task("PairGate", pair_gate, 11, cover=16),
 ]

@@ -30,7 +30,8 @@ class OneClock(Module):
     def __init__(self, core: LiteXModule, **enables: Signal) -> None:
         fragment = core.get_fragment()
         self.regs: list[list[Signal]] = []
-        for special in sorted((one for one in fragment.specials if isinstance(one, MultiReg)), key=lambda one: one.duid):
+        synchronizers = [special for special in fragment.specials if isinstance(special, MultiReg)]
+        for special in sorted(synchronizers, key=lambda one: one.duid):
             fragment.specials.remove(special)
             synchronizer = MultiReg.lower(special)
             self.regs.append(synchronizer.regs)

@@ -34,7 +34,7 @@ def pair_gate(make=PairGate) -> Proof:
     proof.assume("what is judged stands still", ~(proof.past(core.judge) & core.judge)
                  | (standing[0] & standing[1] & standing[2]))
     proof.assume("a chunk passes when it fits", ~core.begin | (core.judge & core.judged & core.fits))
-    # A verdict is two clocks old: a chunk that begins right behind `close` or `open` passes by that of the frame before.
+    # A verdict is two clocks old: right behind `close` or `open` it is that of the frame before.
     changed = proof.past(core.open | core.close)
     proof.assume("the frame has not changed in the last two clocks", ~core.begin | ~(changed | proof.past(changed)))
     proof.assume("and ends its being judged", ~proof.past(core.begin) | ~core.judge)

@@ -86,6 +86,7 @@ def arbiter(make=MessageArbiter) -> Proof:
         # For the induction.
         proof.prove(f"then sink {n} has its turn", (overtaken == 0)
                     | (core.sinks[n].valid & (held[n] | ((held == 0) & (turn == 1 - n)))))
-    proof.prove("a message that has its turn is there", ((held & (core.sinks[0].valid + 2*core.sinks[1].valid)) == held))
+    for n in range(2):
+        proof.prove(f"the message of sink {n} that has its turn is there", ~held[n] | core.sinks[n].valid)
     proof.reach("two messages of each", (counted(proof, moves[0], 0, 3) == 2) & (counted(proof, moves[1], 0, 3) == 2))
     return proof

@@ -73,7 +73,8 @@ def raster(make=Raster) -> Proof:
         (own["take_last"] == width - 1) & (own["row_take"] == height - 1)
         & (own["slot_last"] == width - 1 + SMALL.ahead) & (own["row_last"] == height - 1 + SMALL.ahead)))
     proof.prove("settled", ~running | (clocks == SETTLE))
-    proof.prove("the slot is in the row", ~running | ((own["slot"] <= own["slot_last"]) & (own["row"] <= own["row_last"])))
+    proof.prove("the slot is in the row", ~running | ((own["slot"] <= own["slot_last"])
+                                                               & (own["row"] <= own["row_last"])))
     proof.prove("pairs come in the row's first slots", ~running | (own["column_in"] == (own["slot"] < width)))
     proof.prove("and the frame's first rows", ~running | (own["row_in"] == (own["row"] < height)))
     ended = own["row_in"] & ~own["column_in"]

@@ -15,7 +15,8 @@ from .proof import Proof, inside
 
 def stays(proof: Proof, endpoint: Endpoint, marks: bool = True):
     """Condition: what was offered a clock ago and not taken is offered still."""
-    payload = Cat(*endpoint.payload.flatten(), *endpoint.param.flatten(), *([endpoint.first, endpoint.last] if marks else []))
+    fields  = [*endpoint.payload.flatten(), *endpoint.param.flatten()]
+    payload = Cat(*fields, *([endpoint.first, endpoint.last] if marks else []))
     offered = Signal(len(payload))
     waiting = Signal()
     proof.sync += waiting.eq(endpoint.valid & ~endpoint.ready)

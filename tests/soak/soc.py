@@ -15,7 +15,7 @@ from litex.gen import LiteXModule
 from litex.gen.fhdl import verilog
 from litex.soc.integration.export import get_csr_header, get_soc_header
 from litex.soc.interconnect import wishbone
-from migen import ResetSignal, Signal
+from migen import ClockSignal, ResetSignal, Signal
 
 from litestereo.soc.ethernet_model import EthernetPHYModel
 from litestereo.soc.mapping import with_garbage

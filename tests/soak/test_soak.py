@@ -12,10 +12,10 @@ import shutil
 
 import numpy as np
 import pytest
+
 from soak import run
 from soak.device import machine
 from soak.frames import drawn_batch
-
 from support.pairs import SEED
 
 pytestmark = [
