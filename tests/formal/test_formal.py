@@ -74,9 +74,9 @@ FAULTS = {
         'ready.source.connect(data.sink, omit={"last"}),', "items come out as they went in, in order"),
     "an item too many": (
         crossing, "crossing", "Crossing", "sink.ready.eq(~full)", "sink.ready.eq(1)", "it never overflows"),
-    "a message cut short": (
+    "a message held too long": (
         arbiter, "message_arbiter", "MessageArbiter", "If(self.source.valid & self.source.ready,",
-        "If(self.payload.valid & self.payload.ready,", "a message is taken to its end"),
+        "If(self.payload.valid & self.payload.ready,", "behind its end there is a clock without"),
     "a word too few": (
         message_framer, "message_framer", "MessageFramer", "rounded.eq(sink.length + 3)", "rounded.eq(sink.length)",
         "its last word but one"),
