@@ -73,7 +73,7 @@ FAULTS = {
         register, "network", "add_register", "ready.source.connect(data.sink),",
         'ready.source.connect(data.sink, omit={"last"}),', "items come out as they went in, in order"),
     "an item too many": (
-        crossing, "crossing", "Crossing", "sink.ready.eq(~full)", "sink.ready.eq(1)", "it never overflows"),
+        crossing, "crossing", "Crossing", "sink.ready.eq(~full)", "sink.ready.eq(1)", "pointers are in order"),
     "a message held too long": (
         arbiter, "message_arbiter", "MessageArbiter", "If(self.source.valid & self.source.ready,",
         "If(self.payload.valid & self.payload.ready,", "behind its end there is a clock without"),
