@@ -11,11 +11,19 @@ import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from .crossing import crossing
 from .line_buffer import line_buffer
+from .message_buffer import message_buffer
+from .message_framer import message_framer
+from .message_sorter import message_sorter
+from .pair_gate import pair_gate
 from .pair_reader import pair_reader
+from .passing import arbiter, register
 from .peripheral import peripheral
 from .proof import Proof
+from .raster import raster
 from .result_map import border, left_right, median
+from .slot_table import slot_table
 from .solver import SolverError, decide
 from .stream_reader import stream_reader
 from .stream_writer import stream_writer
@@ -42,6 +50,15 @@ TASKS = [
     Task("LeftRight", left_right, 12, 12, 50),
     Task("Median", median, 8, 8, 30),
     Task("StereoPeripheral", peripheral, 6, 2, 30),
+    Task("Raster", raster, 6, 2, 18),
+    Task("add_register", register, 8, 1, 12),
+    Task("Crossing", crossing, 12, 1, 24),
+    Task("MessageArbiter", arbiter, 8, 1, 12),
+    Task("MessageFramer", message_framer, 10, 1, 26),
+    Task("MessageBuffer", message_buffer, 14, cover=22),
+    Task("SlotTable", slot_table, 11, cover=18),
+    Task("MessageSorter", message_sorter, 13, cover=18),
+    Task("PairGate", pair_gate, 11, cover=16),
 ]
 
 

@@ -8,6 +8,8 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
+from unittest import mock
 
 from litex.gen import LiteXModule
 from litex.gen.fhdl import verilog
@@ -28,6 +30,18 @@ def inside(core: LiteXModule, name: str) -> list[Signal]:
     if not found:
         raise LookupError(f"the core has no signal {name}")
     return sorted(found, key=lambda signal: signal.duid)
+
+
+def smaller(core: type, **values: object) -> Callable[..., LiteXModule]:
+    """A core, made with other constants of its module: a small one with the same arithmetic."""
+    names = next(vars(kind)["__init__"].__globals__ for kind in core.__mro__
+                 if "__init__" in vars(kind) and set(values) <= set(vars(kind)["__init__"].__globals__))
+
+    def make(*arguments: object, **options: object) -> LiteXModule:
+        with mock.patch.dict(names, values):
+            return core(*arguments, **options)
+
+    return make
 
 
 class Proof(PortsTop):

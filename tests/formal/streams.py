@@ -15,7 +15,8 @@ from .proof import Proof, inside
 
 def stays(proof: Proof, endpoint: Endpoint, marks: bool = True):
     """Condition: what was offered a clock ago and not taken is offered still."""
-    payload = Cat(*endpoint.payload.flatten(), *([endpoint.first, endpoint.last] if marks else []))
+    fields  = [*endpoint.payload.flatten(), *endpoint.param.flatten()]
+    payload = Cat(*fields, *([endpoint.first, endpoint.last] if marks else []))
     offered = Signal(len(payload))
     waiting = Signal()
     proof.sync += waiting.eq(endpoint.valid & ~endpoint.ready)
@@ -25,7 +26,7 @@ def stays(proof: Proof, endpoint: Endpoint, marks: bool = True):
 
 def feed(proof: Proof, endpoint: Endpoint) -> None:
     """A sink is fed with anything, as the contract has it."""
-    proof.free(endpoint.valid, endpoint.first, endpoint.last, *endpoint.payload.flatten())
+    proof.free(endpoint.valid, endpoint.first, endpoint.last, *endpoint.payload.flatten(), *endpoint.param.flatten())
     proof.assume("the sink's source keeps the contract", stays(proof, endpoint))
 
 
@@ -73,3 +74,30 @@ def stored(proof: Proof, fifo: SyncFIFO, place) -> Signal:
     proof.specials += port
     proof.comb += [address.eq(inside(fifo, "consume")[0] + place), port.adr.eq(address)]
     return port.dat_r
+
+
+def queue(proof: Proof, push, item, pop, depth: int) -> tuple[list[Signal], Signal]:
+    """What has been pushed and not yet popped, the oldest first: the items and how many they are.
+
+    It is the definition of "in order, none lost and none twice": a core that passes items on offers the first of these.
+    """
+    width = Signal(max(len(item), 1))
+    items = [Signal.like(width) for _ in range(depth)]
+    level = Signal(max=depth + 2)
+    after = Signal.like(level)
+    proof.comb += [width.eq(item), after.eq(level - pop)]
+    proof.sync += [
+        If(pop,
+            [here.eq(behind) for here, behind in zip(items, items[1:], strict=False)]
+        ),
+        [If(push & (after == place),
+            items[place].eq(width)
+        ) for place in range(depth)],
+        level.eq(after + push),
+    ]
+    return items, level
+
+
+def all_of(endpoint: Endpoint) -> Cat:
+    """Payload, parameters and marks of an endpoint."""
+    return Cat(*endpoint.payload.flatten(), *endpoint.param.flatten(), endpoint.first, endpoint.last)

@@ -1,0 +1,110 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""Crossing: a stream between two clocks, of any frequencies and phases."""
+
+from __future__ import annotations
+
+from litex.gen import LiteXModule
+from migen import Cat, If, Memory, Module, Signal
+from migen.genlib.cdc import MultiReg
+
+from litestereo.gateware.crossing import Crossing
+
+from .proof import Proof
+from .streams import queue, taken
+
+DEPTH = 4
+BITS  = 3  # Of a pointer.
+
+
+class OneClock(Module):
+    """A core of two clock domains in one, where each domain moves on in clocks of the solver's choice.
+
+    An edge of one domain between any two of the other is such a choice, so each order of edges is. A Gray pointer that
+    changes while it is sampled is seen as before or as after: as if the edge were behind or before the sample.
+    """
+
+    def __init__(self, core: LiteXModule, **enables: Signal) -> None:
+        fragment = core.get_fragment()
+        self.regs: list[list[Signal]] = []
+        synchronizers = [special for special in fragment.specials if isinstance(special, MultiReg)]
+        for special in sorted(synchronizers, key=lambda one: one.duid):
+            fragment.specials.remove(special)
+            synchronizer = MultiReg.lower(special)
+            self.regs.append(synchronizer.regs)
+            fragment += synchronizer.get_fragment()
+        for domain, enable in enables.items():
+            fragment.sync[domain] = [If(enable, *fragment.sync[domain])]
+        statements = [fragment.sync.pop(domain) for domain in enables]
+        for domain in enables:
+            for special in fragment.specials:
+                special.rename_clock_domain(domain, "sys")
+        fragment.sync["sys"] = [*fragment.sync.get("sys", []), *(one for each in statements for one in each)]
+        self._fragment += fragment
+
+
+def crossing(make=Crossing) -> Proof:
+    """Items in at edges of one clock, out at edges of the other."""
+    core          = make([("data", 2)], "into", "out", depth=DEPTH)
+    sink, source  = core.sink, core.source
+    into, out     = Signal(), Signal()
+    whole         = OneClock(core, into=into, out=out)
+    proof         = Proof(whole)
+    offered, wish = Signal(), Signal()
+    proof.free(into, out, offered, wish, sink.data, sink.last)
+    # Both sides see and do something at their edges alone.
+    proof.comb += [sink.valid.eq(offered & into), source.ready.eq(wish & out)]
+
+    item = Cat(sink.data, sink.last)
+    shown = Cat(source.data, source.last)
+    items, level = queue(proof, taken(sink), item, taken(source), DEPTH)
+    shows = Signal(4)
+    proof.sync += shows.eq(Cat(source.valid & ~taken(source), shown))
+    proof.prove("what is offered stays", ~shows[0] | (source.valid & (shown == shows[1:])))
+    proof.prove("it never overflows", level <= DEPTH)
+    proof.prove("what it offers has come in, in order", ~source.valid | ((level != 0) & (shown == items[0])))
+    proof.reach("it is full, then empty", (level == 0) & ended(proof, level == DEPTH))
+
+    # How the registers belong together, for the induction: pointers follow each other.
+    produce, consume = [[counter for _, counter in core._submodules][n] for n in range(2)]
+    chain = [pointer(proof, gray) for gray in
+             (*reversed(whole.regs[1]), consume.q, *reversed(whole.regs[0]), produce.q)]
+    way = Signal(8)
+    proof.comb += way.eq(sum(distance(proof, behind, ahead) for behind, ahead in zip(chain, chain[1:], strict=False)))
+    proof.prove("pointers are in order", way <= DEPTH)
+    proof.prove("what is inside is between them", level == distance(proof, chain[2], chain[5]))
+    for counter, binary in [(consume, chain[2]), (produce, chain[5])]:
+        proof.prove(f"{'produce' if counter is produce else 'consume'} is the Gray code of its binary",
+                    counter.q_binary == binary)
+    memory = next(special for special in whole._fragment.specials if isinstance(special, Memory))
+    for place in range(DEPTH):
+        port    = memory.get_port(async_read=True)
+        address = Signal(BITS - 1)
+        proof.specials += port
+        proof.comb += [address.eq(chain[2] + place), port.adr.eq(address)]
+        proof.prove(f"the memory holds item {place}", (place >= level) | (port.dat_r == items[place]))
+    return proof
+
+
+def pointer(proof: Proof, gray: Signal) -> Signal:
+    """Binary number of a Gray code."""
+    binary = Signal(BITS)
+    proof.comb += binary.eq(gray ^ gray[1:] ^ gray[2:])
+    return binary
+
+
+def distance(proof: Proof, behind: Signal, ahead: Signal) -> Signal:
+    """How far one pointer is ahead of another."""
+    difference = Signal(BITS)
+    proof.comb += difference.eq(ahead - behind)
+    return difference
+
+
+def ended(proof: Proof, event) -> Signal:
+    """`event` has been."""
+    been = Signal()
+    proof.sync += If(event, been.eq(1))
+    return been

@@ -1,0 +1,114 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""MessageSorter: what it writes is a chunk that was allowed, or a message that has its place in the mailbox."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+from litex.gen import LiteXModule
+from litex.soc.interconnect import stream
+from migen import Cat, If, Mux, Signal
+
+from litestereo.gateware.message import FRAME_BYTES, HEADER_WORDS, MAILBOX_ENTRY_BYTES, MESSAGE_BYTES
+from litestereo.gateware.message_sorter import MessageSorter
+
+from .proof import Proof
+from .streams import counted, feed, stays, taken
+
+ENTRIES = 2
+
+
+class Writer(LiteXModule):
+    """What the sorter sees of a StreamWriter."""
+
+    def __init__(self) -> None:
+        self.sink = stream.Endpoint([("data", 32)])
+        self.base, self.start, self.idle = Signal(32), Signal(), Signal(reset=1)
+
+
+def message_sorter(make=MessageSorter) -> Proof:
+    """Messages of any kind and length, whole as MessageBuffer gives them; any verdict on a chunk."""
+    writer = Writer()
+    table  = SimpleNamespace(**{name: Signal(bits, name=f"table_{name}") for name, bits in [
+        ("chunk_frame_id", 32), ("chunk_offset", 32), ("chunk_length", 32), ("judge", 1), ("judged", 1), ("fits", 1),
+        ("repeated", 1), ("address", 32), ("set", 1)]})
+    core  = make(table, writer, mailbox_entries=ENTRIES)
+    proof = Proof(core)
+    sink  = core.sink
+    feed(proof, sink)
+    mailbox = proof.constant(32)
+    proof.comb += core.mailbox_base.eq(mailbox)
+    proof.free(core.enable, core.token, core.peer_address, core.peer_port, core.consumed, table.judged, table.fits,
+               table.repeated, table.address, writer.sink.ready, writer.idle)
+
+    # A message has the bytes that its header announces.
+    word  = counted(proof, taken(sink), taken(sink) & sink.last, 10)
+    words = Signal(10)
+    proof.comb += words.eq((sink.bytes + 3) >> 2)
+    proof.assume("a message is whole", (sink.bytes >= FRAME_BYTES) & (sink.bytes <= MESSAGE_BYTES)
+                 & (sink.last == (word == words - 1)))
+    proof.assume("its bytes and sender stay", (word == 0) | (Cat(sink.bytes, sink.address, sink.port)
+                 == proof.past(sender(proof, sink))))
+    proof.assume("its header has its length", ~sink.valid | (word != HEADER_WORDS - 1)
+                 | (sink.data == sink.bytes - FRAME_BYTES))
+    # SlotTable and StreamWriter, as they are proven.
+    proof.assume("a verdict stays until the next", proof.past(table.judge & ~table.judged) | ~proof.started
+                 | (table.address == proof.past(table.address)))
+    proof.assume("verdicts come when asked for", ~table.judged | table.judge)
+    # The firmware takes messages that are there.
+    waits, waited, read = Signal(8), Signal(8), Signal(8)
+    proof.comb += [waits.eq(core.produced - core.consumed), read.eq(core.consumed - proof.past(core.consumed)),
+                   waited.eq(core.produced - proof.past(core.consumed))]
+    proof.assume("the firmware takes what is there", Mux(proof.started, read <= waited, core.consumed == 0))
+
+    # The block under way: its kind, and the words that it was given.
+    begin  = writer.start
+    active = Signal()
+    letter = Signal()
+    length = Signal(10)
+    given  = counted(proof, taken(writer.sink), begin, 10)
+    allowed = Signal(32)
+    proof.sync += [
+        If(begin,
+            active.eq(1),
+            letter.eq(~table.judge),
+            length.eq(Mux(table.judge, words - HEADER_WORDS - 1, words + 2)),
+            allowed.eq(table.address)
+        ).Elif(active & writer.idle,
+            active.eq(0)
+        ),
+    ]
+    ended = Signal()
+    proof.sync += If(taken(writer.sink) & writer.sink.last, ended.eq(1)).Elif(begin, ended.eq(0))
+    proof.assume("the writer is idle without a block, and in one until its last word",
+                 Mux(active, ~writer.idle | ended, writer.idle))
+    proof.assume("it takes words in a block alone", ~writer.sink.ready | (active & ~ended))
+    entry = Signal(32)
+    proof.comb += entry.eq(mailbox + MAILBOX_ENTRY_BYTES*core.produced[0])
+    proof.prove("what is offered to memory stays", stays(proof, writer.sink))
+    proof.prove("a block begins when none is under way", ~begin | (writer.idle & ~active))
+    proof.prove("a chunk is written when it fits and has not come before", ~begin | ~table.judge
+                | (table.judged & table.fits & ~table.repeated & (proof.past(core.token) != 0)))
+    proof.prove("a chunk goes to its place", ~active | letter | (writer.base == allowed))
+    proof.prove("a letter to the next entry of the mailbox", ~active | ~letter | (writer.base == entry))
+    proof.prove("the mailbox never overflows", (waits <= ENTRIES) & (~active | ~letter | (waits < ENTRIES)))
+    proof.prove("a letter stays in its entry", ~active | ~letter | ~writer.sink.valid
+                | (given < MAILBOX_ENTRY_BYTES//4))
+    proof.prove("blocks end with their last word", ~active | ~writer.sink.valid
+                | (writer.sink.last == (given == length - 1)))
+    proof.prove("no word outside of a block", ~writer.sink.valid | active)
+    proof.prove("a chunk is marked when it is in memory", ~table.set | (~letter & ended & writer.idle))
+    proof.reach("a chunk is in memory", table.set)
+    proof.reach("a letter is in the mailbox", core.produced == 1)
+    return proof
+
+
+def sender(proof: Proof, sink: stream.Endpoint) -> Signal:
+    """Bytes and sender of a message as one signal."""
+    signal = Signal(len(sink.bytes) + len(sink.address) + len(sink.port))
+    proof.comb += signal.eq(Cat(sink.bytes, sink.address, sink.port))
+    return signal

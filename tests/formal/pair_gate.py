@@ -1,0 +1,85 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""PairGate: each pixel pair of a frame passes once, in order, and none of another."""
+
+from __future__ import annotations
+
+from migen import If, Mux, Signal
+
+from litestereo.gateware.pair_gate import PairGate
+
+from .proof import Proof
+from .streams import counted, feed, stays, taken
+
+
+def pair_gate(make=PairGate) -> Proof:
+    """Frames of any size, given up at any time; chunks of any frame, length and place, in any order."""
+    core         = make()
+    proof        = Proof(core)
+    sink, source = core.sink, core.source
+    feed(proof, sink)
+    proof.free(source.ready, core.frame_id, core.pixels, core.open, core.close, core.chunk_frame_id, core.chunk_offset,
+               core.chunk_length, core.judge, core.begin)
+    proof.assume("a frame has pixels, and less than 2 GiB", (core.pixels != 0) & (core.pixels < 2**30))
+
+    # How MessageSorter lets a chunk pass: judged and right, then its words, as many as its length says.
+    words    = Signal(32)  # Of the chunk, not taken yet.
+    rounded  = Signal(32)
+    standing = [proof.past(field) == field
+                for field in (core.chunk_frame_id, core.chunk_offset, core.chunk_length)]
+    proof.comb += rounded.eq(core.chunk_length + 3)
+    proof.assume("what is judged stands still", ~(proof.past(core.judge) & core.judge)
+                 | (standing[0] & standing[1] & standing[2]))
+    proof.assume("a chunk passes when it fits", ~core.begin | (core.judge & core.judged & core.fits))
+    # A verdict is two clocks old: right behind `close` or `open` it is that of the frame before.
+    changed = proof.past(core.open | core.close)
+    proof.assume("the frame has not changed in the last two clocks", ~core.begin | ~(changed | proof.past(changed)))
+    proof.assume("and ends its being judged", ~proof.past(core.begin) | ~core.judge)
+    proof.assume("one chunk at a time", ~core.judge | (words == 0))
+    proof.assume("words are of the chunk", ~sink.valid | (words != 0))
+    proof.assume("its last word is marked", sink.last == (words == 1))
+    proof.sync += [
+        If(taken(sink),
+            words.eq(words - 1)
+        ),
+        If(core.begin,
+            words.eq(rounded[2:])
+        ),
+    ]
+    # The frame, counted once more.
+    reopened = core.open | core.close
+    pixels   = Signal(32)
+    proof.sync += If(core.open, pixels.eq(core.pixels))
+    passed   = counted(proof, taken(source), core.open)
+    through  = Signal(32)  # Bytes of the frame's chunks that were let in.
+    upper    = Signal()    # The word's second pair is next.
+    proof.sync += [
+        If(core.begin,
+            through.eq(through + core.chunk_length)
+        ),
+        If(core.open,
+            through.eq(0)
+        ),
+        If(taken(source),
+            upper.eq(~upper)
+        ),
+        If(taken(sink),
+            upper.eq(0)
+        ),
+    ]
+    proof.prove("what is offered stays, unless the frame is given up", proof.past(reopened) | stays(proof, source))
+    proof.prove("no pair beyond the frame", ~source.valid | (core.opened & (passed < pixels)))
+    proof.prove("the first pair, and no other, is marked", ~source.valid | (source.first == (passed == 0)))
+    proof.prove("so is the last", ~source.valid | (source.last == (passed == pixels - 1)))
+    data = Mux(upper, sink.data[16:], sink.data[:16])
+    proof.prove("a word is two pairs, the first in its low bits",
+                ~source.valid | ((source.left == data[:8]) & (source.right == data[8:])))
+    proof.prove("a word is taken with its second pair, or the frame's last", ~taken(sink) | ~source.valid
+                | (taken(source) & (upper | source.last)))
+    proof.prove("open until the last pair has passed", ~proof.started | ~proof.past(core.opened) | core.opened
+                | proof.past(core.close) | proof.past(taken(source) & source.last))
+    proof.reach("two frames pass", (counted(proof, taken(source) & source.last & (passed == 2), 0, 2) == 2))
+    return proof

@@ -1,0 +1,85 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""Raster: width x height pairs are taken, each with credit, and none outside of a frame."""
+
+from __future__ import annotations
+
+from migen import If, Signal
+
+from litestereo.gateware.parameters import MatcherParameters
+from litestereo.gateware.raster import Raster
+
+from .proof import Proof, inside
+from .streams import feed, taken
+
+SMALL = MatcherParameters(max_width=32, max_height=15, disparities=16, max_block_size=7)
+
+#: Clocks until the thresholds are right.
+SETTLE = 4
+
+
+def raster(make=Raster) -> Proof:
+    """Frames of all sizes; credit comes and goes."""
+    core  = make(SMALL)
+    proof = Proof(core)
+    feed(proof, core.sink)
+    proof.free(core.begin, core.credit)
+    names  = ["width", "height", "disparities", "min_disparity", "block_size"]
+    values = {name: proof.constant(len(getattr(core, name))) for name in names}
+    proof.comb += [getattr(core, name).eq(value) for name, value in values.items()]
+    width, height = values["width"], values["height"]
+    proof.assume("width and height are legal", (width >= 2) & (width <= SMALL.max_width) & (height >= 2)
+                 & (height <= SMALL.max_height))
+    clocks = Signal(max=SETTLE + 1)
+    proof.sync += If(clocks != SETTLE, clocks.eq(clocks + 1))
+    running = inside(core, "running")[0]
+    proof.assume("a frame begins when none is under way and the core has settled",
+                 ~core.begin | (~running & (clocks == SETTLE)))
+
+    # Pairs, counted once more.
+    moves  = taken(core.sink)
+    column = Signal(8)
+    row    = Signal(8)
+    proof.sync += [
+        If(moves,
+            column.eq(column + 1),
+            If(column == width - 1,
+                column.eq(0),
+                row.eq(row + 1)
+            )
+        ),
+        If(core.begin,
+            column.eq(0),
+            row.eq(0)
+        ),
+    ]
+    step = inside(core, "step")[0]
+    proof.prove("a step, and a pair, only with credit", (~step | core.credit) & (~core.sink.ready | core.credit))
+    proof.prove("no pair outside of a frame", ~core.sink.ready | running)
+    proof.prove("a pair is taken with a step", ~moves | step)
+    proof.prove("no pair beyond the frame", ~core.sink.ready | (row < height))
+    proof.prove("a frame ends when all have been taken", ~proof.past(running) | running | (row == height))
+    proof.prove("each step comes out two clocks later", core.source.valid == proof.past(proof.past(step)))
+    proof.prove("a pair is marked as one", proof.past(proof.past(moves)) == (core.source.valid & core.source.take))
+    proof.reach("a row is taken", row == 1)
+    # For the induction.
+    own   = {name: inside(core, name)[0] for name in
+             ("slot", "row", "row_in", "column_in")}
+    own |= dict(zip(("take_last", "row_take", "slot_last", "row_last"), inside(core, "signal"), strict=False))
+    proof.prove("thresholds are right", (clocks != SETTLE) | (
+        (own["take_last"] == width - 1) & (own["row_take"] == height - 1)
+        & (own["slot_last"] == width - 1 + SMALL.ahead) & (own["row_last"] == height - 1 + SMALL.ahead)))
+    proof.prove("settled", ~running | (clocks == SETTLE))
+    proof.prove("the slot is in the row", ~running | ((own["slot"] <= own["slot_last"])
+                                                               & (own["row"] <= own["row_last"])))
+    proof.prove("pairs come in the row's first slots", ~running | (own["column_in"] == (own["slot"] < width)))
+    proof.prove("and the frame's first rows", ~running | (own["row_in"] == (own["row"] < height)))
+    ended = own["row_in"] & ~own["column_in"]
+    proof.prove("the column is the slot", ~running | ~own["row_in"] | ended | ((column == own["slot"])
+                                                                            & (row == own["row"])))
+    proof.prove("then the next row's first", ~running | ~ended | ((column == 0) & (row == own["row"] + 1)))
+    proof.prove("behind the last row none", ~running | own["row_in"] | ((column == 0) & (row == height)))
+    return proof
