@@ -18,18 +18,19 @@ static const peer_t peers[] = {
     {.udp = true, .address = 0xc0a80164, .port = 5000}, {.udp = true, .address = 0xc0a80165, .port = 5000},
 };
 
-/* A request on a line between two frames is answered once, unless it is no request. */
+/* A request on a line between two frames is answered once, unless it is no request, or the device is about to restart. */
 static void ask(const message_t *request)
 {
     static uint8_t plain[PROTOCOL_MESSAGE_MAX], framed[COBS_ENCODED_MAX(PROTOCOL_MESSAGE_MAX) + 2];
     size_t   length = 1 + cobs_encode(plain, message_build(request, plain), framed + 1);
     unsigned before = replies;
     bool     fresh  = !line.in_frame;
+    bool     heard  = !session.restarting || request->type == TYPE_RESTART;
 
     framed[length++] = 0;
     serial_link_receive(&line, ticks, framed, length);
     if (fresh) {
-        HOLDS(replies == before + ((request->type & PROTOCOL_REPLY_BIT) == 0));
+        HOLDS(replies == before + (heard && (request->type & PROTOCOL_REPLY_BIT) == 0));
     }
     if (replies > before && fresh) {
         HOLDS(reply.sequence == request->sequence && reply.frame_id == request->frame_id);

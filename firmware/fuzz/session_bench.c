@@ -174,6 +174,8 @@ void bench_turn(void)
     serial_link_poll(&line, ticks);
     udp_link_poll(&udp, ticks);
     session_poll(&session, ticks);
+    /* The device is there again at once, with its memory as it was. */
+    session.restarting = session.restarting && !session_wants_restart(&session, ticks);
 }
 
 void bench_check(void)
