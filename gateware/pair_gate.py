@@ -56,13 +56,16 @@ class PairGate(LiteXModule):
         pairs    = Signal(32)     # Pairs that have not passed.
         first    = Signal()
         passes   = Signal()
+        changed  = Signal(2)      # Opened or closed in the last clocks: a verdict of these is of the frame before.
         self.comb += [
             whole.eq(left[10:] != 0),
             expected.eq(Mux(whole, CHUNK_BYTES, left[:10])),
             passes.eq(self.source.valid & self.source.ready),
         ]
         self.sync += [
-            If(self.begin,
+            changed.eq(Cat(self.open | self.close, changed[0])),
+            # Not let in, a chunk's words are thrown away.
+            If(self.begin & (changed == 0),
                 inside.eq(1),
                 self.offset.eq(self.offset + expected),
                 left.eq(left - expected)

@@ -34,9 +34,6 @@ def pair_gate(make=PairGate) -> Proof:
     proof.assume("what is judged stands still", ~(proof.past(core.judge) & core.judge)
                  | (standing[0] & standing[1] & standing[2]))
     proof.assume("a chunk passes when it fits", ~core.begin | (core.judge & core.judged & core.fits))
-    # A verdict is two clocks old: right behind `close` or `open` it is that of the frame before.
-    changed = proof.past(core.open | core.close)
-    proof.assume("the frame has not changed in the last two clocks", ~core.begin | ~(changed | proof.past(changed)))
     proof.assume("and ends its being judged", ~proof.past(core.begin) | ~core.judge)
     proof.assume("one chunk at a time", ~core.judge | (words == 0))
     proof.assume("words are of the chunk", ~sink.valid | (words != 0))
@@ -54,15 +51,8 @@ def pair_gate(make=PairGate) -> Proof:
     pixels   = Signal(32)
     proof.sync += If(core.open, pixels.eq(core.pixels))
     passed   = counted(proof, taken(source), core.open)
-    through  = Signal(32)  # Bytes of the frame's chunks that were let in.
-    upper    = Signal()    # The word's second pair is next.
+    upper    = Signal() # The word's second pair is next.
     proof.sync += [
-        If(core.begin,
-            through.eq(through + core.chunk_length)
-        ),
-        If(core.open,
-            through.eq(0)
-        ),
         If(taken(source),
             upper.eq(~upper)
         ),

@@ -92,6 +92,8 @@ FAULTS = {
     "a pair too many": (
         pair_gate, "pair_gate", "PairGate", "self.source.last.eq(pairs == 1)", "self.source.last.eq(pairs == 0)",
         "so is the last"),
+    "a verdict of the frame before": (
+        pair_gate, "pair_gate", "PairGate", "self.begin & (changed == 0)", "self.begin", "no pair beyond the frame"),
 }
 
 #: Clocks in which a fault shows, if not 16.
