@@ -7,6 +7,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
@@ -121,7 +122,7 @@ class Host:
 
     def _recover(self, error: LiteStereoError) -> None:
         self.tally.recoveries += 1
-        cause = f"{type(error).__name__}: {str(error).split(':')[0][:60]}"
+        cause = f"{type(error).__name__}: {re.sub(r'[0-9]+', 'N', str(error).split(':')[0])}"
         self.tally.causes[cause] = self.tally.causes.get(cause, 0) + 1
         self._close()
 
