@@ -70,13 +70,14 @@ def licence(package: Distribution, name: str) -> tuple[str, str]:
     if name in READ:
         expression, *files = READ[name]
         return expression, ", ".join(files)
+    # `get`, as the backport of importlib.metadata, once somebody has imported it, raises for what is not there.
     metadata   = package.metadata
-    expression = metadata["License-Expression"]
+    expression = metadata.get("License-Expression")
     if expression:
         return expression, "metadata"
     classifiers = [line.split(" :: ")[-1] for line in metadata.get_all("Classifier", [])
                    if line.startswith("License ::")]
-    for text in (metadata["License"] or "", *classifiers):
+    for text in (metadata.get("License") or "", *classifiers):
         short = NAMES.get(text, text)
         if short and "\n" not in short and len(short) < 40 and is_spdx(short):
             return short, "metadata"
