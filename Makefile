@@ -23,6 +23,7 @@ N     ?= 100000
 FLOORS = $(if $(filter tests,$(TESTS)),--floors --cov=host_tools --cov-report= --cov-fail-under=90)
 
 export LITESTEREO_BUILD := $(CURDIR)/build
+export COVERAGE_FILE    := $(LITESTEREO_BUILD)/host_tools.coverage
 
 .DEFAULT_GOAL := help
 
@@ -38,6 +39,7 @@ demo: install ## Match a real pair on the full system in simulation, and check e
 test: install ## Run all tests, the linters first
 	@$(PYTHON) -m ruff check .
 	@$(PYTHON) -m mypy
+	@mkdir -p $(LITESTEREO_BUILD)
 	@$(PYTHON) -m pytest -n $(JOBS) --dist loadgroup $(FLOORS) $(TESTS)
 
 sim: install ## Run the full system in simulation: udp://127.0.0.1:UDP_PORT, and its UART on tcp://127.0.0.1:PORT

@@ -30,7 +30,6 @@ def _counts(config: pytest.Config) -> bool:
 def pytest_configure(config: pytest.Config) -> None:
     if config.getoption("floors"):
         os.environ["LITESTEREO_COVERAGE"] = "line"
-        os.environ["COVERAGE_FILE"]       = str(coverage_directory() / "host_tools")
     if _counts(config):
         shutil.rmtree(coverage_directory(), ignore_errors=True)
         coverage_directory().mkdir(parents=True)

@@ -24,7 +24,7 @@ PAGE = ROOT / "docs" / "coverage.md"
 
 #: Percent of the host tools' lines, and what counts them while all tests run.
 HOST_FLOOR = 90.0
-HOST_DATA  = build_directory() / "coverage" / "host_tools"
+HOST_DATA  = build_directory() / "host_tools.coverage"
 
 #: Tests of small cores: bits that go up and down are counted in them alone, as it takes a hundred times as long.
 TOGGLE_TESTS = ("test_sums.py", "test_verdict.py", "test_map.py")
@@ -67,7 +67,7 @@ def firmware_part(files: dict[str, firmware.Covered]) -> list[str]:
 
 def host_part() -> tuple[list[str], float]:
     """Table of the host tools' folders, and the percentage of all."""
-    report = build_directory() / "coverage" / "host_tools.json"
+    report = build_directory() / "host_tools.json"
     subprocess.run([sys.executable, "-m", "coverage", "json", "-q", f"--data-file={HOST_DATA}", "-o", str(report)],
                    cwd=ROOT, check=True)
     data = json.loads(report.read_text())
