@@ -20,7 +20,7 @@ JOBS  ?= 2
 # Frames of `make soak`.
 N     ?= 100000
 # With all tests it is counted what they run.
-FLOORS = $(if $(filter tests,$(TESTS)),--floors --cov=host_tools --cov-report= --cov-fail-under=90)
+COUNTS = $(if $(filter tests,$(TESTS)),--count-gateware --cov=host_tools --cov-report= --cov-fail-under=90)
 
 export LITESTEREO_BUILD := $(CURDIR)/build
 export COVERAGE_FILE    := $(LITESTEREO_BUILD)/host_tools.coverage
@@ -40,7 +40,7 @@ test: install ## Run all tests, the linters first
 	@$(PYTHON) -m ruff check .
 	@$(PYTHON) -m mypy
 	@mkdir -p $(LITESTEREO_BUILD)
-	@$(PYTHON) -m pytest -n $(JOBS) --dist loadgroup $(FLOORS) $(TESTS)
+	@$(PYTHON) -m pytest -n $(JOBS) --dist loadgroup $(COUNTS) $(TESTS)
 
 sim: install ## Run the full system in simulation: udp://127.0.0.1:UDP_PORT, and its UART on tcp://127.0.0.1:PORT
 	@$(PYTHON) -m litestereo.sim.serve --port $(PORT) --udp-port $(UDP_PORT) --ram $(RAM)

@@ -89,7 +89,7 @@ def main() -> int:
     host, host_run  = host_part()
     parts           = [*gateware_part(lines, toggles()), *firmware_part(files), *host]
     PAGE.write_text("\n".join(["# Coverage", "",
-        f"What the tests run, written by `make coverage` after commit `{commit()}`. `make test` keeps the floors.", "",
+        f"What the tests run, written by `make coverage` after commit `{commit()}`.", "",
         *parts]))
     gateware_run       = gateware.percent(lines)
     code, branches     = firmware.totals(files)
