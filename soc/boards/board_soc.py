@@ -153,7 +153,7 @@ class BoardSoC(StereoSoC):
             ]
 
     def add_flash(self):
-        """The flash of bitstream and firmware, at pins that the CPU drives itself: it is read once."""
+        """The flash of bitstream and firmware, at pins that the CPU drives itself: it is read once, and written by an update."""
         self.flash_pads = self.make_flash_pads()
         self.flash      = SPIMaster(self.flash_pads)
         self.add_constant("FLASH_IMAGES",        self.flash_images)

