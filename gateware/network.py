@@ -21,33 +21,10 @@ from liteeth.mac.last_be  import LiteEthMACRXLastBE, LiteEthMACTXLastBE
 from liteeth.mac.padding  import LiteEthMACPaddingInserter
 from liteeth.mac.preamble import LiteEthMACPreambleChecker, LiteEthMACPreambleInserter
 
-from .crossing import Crossing
+from .crossing        import Crossing
+from .stream_register import add_register, join
 
 WORD_BITS = 32 # Between MAC and UDP: wide enough that the system's clock may be slower than the wire's.
-
-# Registers ----------------------------------------------------------------------------------------
-
-def add_register(module, source, sink, clock_domain="sys"):
-    """Connect two streams, with a register for data and one for ready between them.
-
-    In this order, not that of LiteX's Buffer: nothing but registers at either end.
-    """
-    renamed = ClockDomainsRenamer(clock_domain)
-    ready   = renamed(stream.PipeReady(source.description))
-    data    = renamed(stream.PipeValid(source.description))
-    module.submodules += ready, data
-    module.comb += [
-        source.connect(ready.sink),
-        ready.source.connect(data.sink),
-        data.source.connect(sink),
-    ]
-
-def join(module, source, sink, pipelined):
-    """Connect two streams; with registers between them if `pipelined`."""
-    if pipelined:
-        add_register(module, source, sink)
-    else:
-        module.comb += source.connect(sink)
 
 # MAC Pipelines ------------------------------------------------------------------------------------
 

@@ -12,9 +12,9 @@ from litex.soc.cores.bitbang import SPIMaster
 from litedram.common          import LiteDRAMNativePort
 from litedram.core.controller import ControllerSettings
 
-from ...gateware.bus_register import BusRegister
-from ...gateware.network      import add_register
-from ..stereo_soc              import StereoSoC
+from ...gateware.bus_register    import BusRegister
+from ...gateware.stream_register import add_register
+from ..stereo_soc                import StereoSoC
 
 ROM_BYTES  = 4*1024 # Of the boot program.
 SRAM_BYTES = 4*1024 # Stack.

@@ -12,7 +12,7 @@ from litex.soc.interconnect import stream
 from migen import If, Mux, Signal
 
 from litestereo.gateware.message_arbiter import MessageArbiter
-from litestereo.gateware.network import add_register
+from litestereo.gateware.stream_register import add_register
 
 from .proof import Proof, inside, smaller
 from .streams import all_of, counted, feed, queue, stays, taken

@@ -13,7 +13,7 @@ from litestereo.gateware.parameters import MatcherParameters
 from litestereo.gateware.raster import Raster
 
 from .proof import Proof, inside
-from .streams import feed, taken
+from .streams import feed, raster_position, taken
 
 SMALL = MatcherParameters(max_width=32, max_height=15, disparities=16, max_block_size=7)
 
@@ -40,22 +40,8 @@ def raster(make=Raster) -> Proof:
                  ~core.begin | (~running & (clocks == SETTLE)))
 
     # Pairs, counted once more.
-    moves  = taken(core.sink)
-    column = Signal(8)
-    row    = Signal(8)
-    proof.sync += [
-        If(moves,
-            column.eq(column + 1),
-            If(column == width - 1,
-                column.eq(0),
-                row.eq(row + 1)
-            )
-        ),
-        If(core.begin,
-            column.eq(0),
-            row.eq(0)
-        ),
-    ]
+    moves       = taken(core.sink)
+    column, row = raster_position(proof, moves, width, core.begin)
     step = inside(core, "step")[0]
     proof.prove("a step, and a pair, only with credit", (~step | core.credit) & (~core.sink.ready | core.credit))
     proof.prove("no pair outside of a frame", ~core.sink.ready | running)

@@ -16,7 +16,7 @@ from litestereo.gateware.median import Median
 from litestereo.gateware.parameters import MatcherParameters
 
 from .proof import Proof, inside
-from .streams import feed, sound, stays, taken
+from .streams import feed, raster_position, sound, stays, taken
 
 SMALL = MatcherParameters(max_width=32, max_height=15, disparities=16, max_block_size=7)
 
@@ -62,23 +62,9 @@ def border(make=Border) -> Proof:
                  & (width >= smallest))
 
     # Where the pixel lies, counted once more.
-    column = Signal(8)
-    row    = Signal(8)
-    moves  = taken(core.source)
-    last   = (column == width - 1) & (row == height - 1)
-    proof.sync += [
-        If(moves,
-            column.eq(column + 1),
-            If(column == width - 1,
-                column.eq(0),
-                row.eq(row + 1)
-            )
-        ),
-        If(core.begin,
-            column.eq(0),
-            row.eq(0)
-        ),
-    ]
+    moves       = taken(core.source)
+    column, row = raster_position(proof, moves, width, core.begin)
+    last        = (column == width - 1) & (row == height - 1)
     margin = block_size[1:]
     ends   = [Signal(8), Signal(8)]
     valid   = Signal()

@@ -49,6 +49,26 @@ def counted(proof: Proof, event, clear, bits: int = 32) -> Signal:
     return count
 
 
+def raster_position(proof: Proof, moves, width, begin) -> tuple[Signal, Signal]:
+    """Column and row of the pixel that moves next, in a frame of rows of `width` pixels since the clock of `begin`."""
+    column = Signal(8)
+    row    = Signal(8)
+    proof.sync += [
+        If(moves,
+            column.eq(column + 1),
+            If(column == width - 1,
+                column.eq(0),
+                row.eq(row + 1)
+            )
+        ),
+        If(begin,
+            column.eq(0),
+            row.eq(0)
+        ),
+    ]
+    return column, row
+
+
 def held(proof: Proof, signal: Signal, busy):
     """Condition: a setting does not change in a clock in which `busy` is 1."""
     before = Signal.like(signal)

@@ -65,7 +65,7 @@ FAULTS = {
         raster, "raster", "Raster", "self.sink.ready.eq(running & self.credit & take)",
         "self.sink.ready.eq(running & take)", "a step, and a pair, only with credit"),
     "a mark lost": (
-        register, "network", "add_register", "ready.source.connect(data.sink),",
+        register, "stream_register", "add_register", "ready.source.connect(data.sink),",
         'ready.source.connect(data.sink, omit={"last"}),', "items come out as they went in, in order"),
     "an item too many": (
         crossing, "crossing", "Crossing", "sink.ready.eq(~full)", "sink.ready.eq(1)", "pointers are in order"),
