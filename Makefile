@@ -10,6 +10,8 @@ UDP_PORT ?= 19539
 RAM      ?= integrated-ram
 # Board of `make bitstream`, `load` and `flash`: one of `make boards`.
 BOARD ?= colorlight_i5
+# Boards of `make boards-sim`.
+BOARDS ?= colorlight_i5 colorlight_i9 ulx3s ecpix5 tang_primer_20k arty atlys
 # Program of `make example`.
 NAME ?= hello_disparity
 # Seconds of each target of `make fuzz-firmware`.
@@ -79,7 +81,7 @@ flash: ## Write bitstream and firmware to the flash of BOARD
 	@$(PYTHON) -m litestereo.soc.boards.$(BOARD) --flash
 
 boards-sim: install ## Boot each board's own SoC in simulation, and match a real pair on it
-	@LITESTEREO_BOARDS="colorlight_i5 colorlight_i9 ulx3s" $(PYTHON) -m pytest -q tests/sim/test_boards.py
+	@LITESTEREO_BOARDS="$(BOARDS)" $(PYTHON) -m pytest -q tests/sim/test_boards.py
 
 boards-check: ## Check that every bitstream is of these sources, and meets its clocks
 	@.ci/install fpga

@@ -9,11 +9,24 @@ from importlib import import_module
 
 # Class of each board's SoC, in the module of the board's name; loaded when it is asked for, as LiteX is slow to import.
 BOARDS = {
-    "colorlight_i5": "ColorlightI5",
-    "colorlight_i9": "ColorlightI9",
-    "ulx3s":         "ULX3S",
-    "ecpix5":        "ECPIX5",
+    "colorlight_i5":   "ColorlightI5",
+    "colorlight_i9":   "ColorlightI9",
+    "ulx3s":           "ULX3S",
+    "ecpix5":          "ECPIX5",
+    "tang_primer_20k": "TangPrimer20k",
+    "arty":            "Arty",
+    "atlys":           "Atlys",
 }
+
+# Boards whose bitstream the vendor's own tool makes, and the tool's name.
+VENDOR_TOOLS = {
+    "tang_primer_20k": "Gowin EDA",
+    "arty":            "Vivado",
+    "atlys":           "ISE",
+}
+
+# Boards whose bitstream Yosys and nextpnr make.
+OPEN_BOARDS = [board for board in BOARDS if board not in VENDOR_TOOLS]
 
 def soc_class(board):
     """Class of a board's SoC, with its `preset`."""

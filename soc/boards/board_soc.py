@@ -15,6 +15,7 @@ from litedram.core.controller import ControllerSettings
 from ...gateware.bus_register    import BusRegister
 from ...gateware.stream_register import add_register
 from ..stereo_soc                import StereoSoC
+from .flash_pads                 import ECP5FlashPads
 
 ROM_BYTES  = 4*1024 # Of the boot program.
 SRAM_BYTES = 4*1024 # Stack.
@@ -28,23 +29,6 @@ SDR_SETTINGS = ControllerSettings(read_time=256, write_time=128)
 # Images of the firmware in flash: the boot program starts the first good one.
 FLASH_IMAGES      = 2
 FLASH_IMAGE_BYTES = 256*1024
-
-# Flash Pads ---------------------------------------------------------------------------------------
-
-class ECP5FlashPads(LiteXModule):
-    """The pads of the configuration flash as `SPIMaster` wants them; an ECP5 has that clock at a primitive, not at a pin."""
-    def __init__(self, pads):
-        self.clk  = Signal()
-        self.cs_n = pads.cs_n
-        self.mosi = pads.mosi
-        self.miso = pads.miso
-
-        # # #
-
-        self.specials += Instance("USRMCLK", i_USRMCLKI=self.clk, i_USRMCLKTS=0)
-        for name in ("wp", "hold"):
-            if hasattr(pads, name):
-                self.comb += getattr(pads, name).eq(1)
 
 # Board SoC ----------------------------------------------------------------------------------------
 
@@ -67,7 +51,10 @@ class BoardSoC(StereoSoC):
     """
     board_name      = None # As in `BOARDS`.
     loader          = None # openFPGALoader's name of it.
+    family          = "ECP5" # Of the FPGA, as in `soc.synthesis`.
+    build_options   = dict(nowidelut=True, timingstrict=True) # Of LiteX's toolchain: no wide functions, they take LUTs in pairs.
     rom_bytes       = ROM_BYTES
+    uart_baudrate   = 1000000
     memory_module   = None # LiteDRAM's class of the chip,
     memory_bits     = 32   # width of its bus,
     memory_rate     = "1:1"
@@ -82,7 +69,7 @@ class BoardSoC(StereoSoC):
         self.pipelined = preset.sys_clk_freq > UNPIPELINED_HZ
         soc_kwargs  = dict(
             cpu_variant          = preset.cpu_variant,
-            uart_baudrate        = 1000000,
+            uart_baudrate        = self.uart_baudrate,
             integrated_sram_size = SRAM_BYTES,
             integrated_rom_size  = self.rom_bytes,
             # First contents, for the memory to load its file; the boot program comes in there.

@@ -3,47 +3,25 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""From a board's name to its bitstream and the image for its flash: sources, programs, synthesis, place and route."""
+"""From a board's name to its bitstream and the image for its flash: synthesis, place and route."""
 
 from __future__ import annotations
 
 import json
-import os
-import re
 import shutil
 import subprocess
 import sys
-import zlib
 from dataclasses import dataclass
-from importlib.metadata import version
 from pathlib import Path
 
 from rich.console import Console
 
-from ...firmware import FIRMWARE_DIR
-from ...sim.build import LITEX_PACKAGES
-from ...sim.paths import SIM_DIR, build_directory, built_once, content_key, source_key
+from ...sim.paths import build_directory, built_once, content_key
 from ..mapping import without_collision_logic, without_open_carries
 from ..resources import commit
 from ..synthesis import ToolError, run_logged, tool, tool_version
-
-TOP = "top"
-
-@dataclass(frozen=True)
-class Sources:
-    """What a bitstream is made of."""
-    folder:   Path # LiteX's output, with `board.json`.
-    boot:     Path # boot.bin
-    firmware: Path # litestereo.bin
-
-    @property
-    def board(self) -> dict:
-        """What `generate` says of the board."""
-        return json.loads((self.folder / "board.json").read_text())
-
-    @property
-    def gateware(self) -> Path:
-        return self.folder / "gateware"
+from . import VENDOR_TOOLS, vendor
+from .board_sources import TOP, Sources, flash_image, rom_contents, sources, without_dates
 
 @dataclass(frozen=True)
 class Bitstream:
@@ -57,62 +35,12 @@ class Bitstream:
         """nextpnr's report."""
         return json.loads((self.folder / "report.json").read_text())
 
-# Sources and Programs -----------------------------------------------------------------------------
-
-def run_python(module: str, *arguments: str, folder: Path, log: str) -> None:
-    """Run a module of this package with the tools of this environment on the path; raises ToolError."""
-    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
-    run_logged(["env", f"PATH={path}", sys.executable, "-m", module, *arguments], folder, log)
-
-def sources(board: str, changes: dict | None = None) -> Sources:
-    """Generate a board's Verilog and libraries, and build its programs; done once for each content.
-
-    Raises
-    ------
-    ToolError
-        A tool failed; the message names the log.
-    """
-    changes = changes or {}
-    package = SIM_DIR.parent
-    key     = content_key([board, json.dumps(changes, sort_keys=True), *(version(name) for name in
-        (*LITEX_PACKAGES, "litex-boards")), source_key(package / "gateware", package / "soc")])
-
-    def generate(folder: Path) -> None:
-        run_python("litestereo.soc.boards.generate", board, str(folder), json.dumps(changes), folder=folder, log="generate.log")
-
-    folder = built_once(build_directory() / "boards" / f"{board}-{key}", generate)
-
-    def make(makefile: Path, name: str) -> Path:
-        def build(output: Path) -> None:
-            run_logged(["make", "-C", str(output), "-f", str(makefile), f"BUILD_DIR={folder}"], output, "build.log")
-        key = content_key([folder.name, source_key(FIRMWARE_DIR)])
-        return built_once(build_directory() / "boards" / f"{board}-{name}-{key}", build)
-
-    return Sources(folder, boot = make(FIRMWARE_DIR / "boot" / "Makefile", "boot") / "boot.bin",
-        firmware = make(FIRMWARE_DIR / "Makefile", "firmware") / "litestereo.bin")
-
-def rom_contents(boot: bytes, rom_bytes: int) -> str:
-    """The boot program as the ROM's file: a 32-bit word a line."""
-    if len(boot) > rom_bytes:
-        raise ToolError(f"the boot program has {len(boot)} bytes, the ROM {rom_bytes}: enlarge rom_bytes of the board")
-    boot += bytes(-len(boot) % 4)
-    return "".join(f"{int.from_bytes(boot[index:index + 4], 'little'):08x}\n" for index in range(0, len(boot), 4))
-
-def flash_image(firmware: bytes) -> bytes:
-    """The firmware as the boot program and LiteX's BIOS want it in flash: length, CRC-32, program."""
-    return len(firmware).to_bytes(4, "little") + zlib.crc32(firmware).to_bytes(4, "little") + firmware
-
 # Synthesis, Place and Route -----------------------------------------------------------------------
-
-def without_dates(verilog: str) -> str:
-    """Verilog without the comments at its beginning, which hold the date and are in another order each time."""
-    return re.sub(r"^//.*?$|^/\*.*?\*/", "", verilog, flags=re.MULTILINE | re.DOTALL)
 
 def synthesis_files(made: Sources) -> dict[str, str]:
     """What Yosys reads: name and text of each file."""
     files = {path.name: path.read_text() for path in sorted(made.gateware.iterdir()) if path.suffix in (".v", ".init", ".ys")}
     files[f"{TOP}.v"]        = without_collision_logic(without_dates(files[f"{TOP}.v"]))
-    files[f"{TOP}.ys"]       = files[f"{TOP}.ys"].replace(f"{made.gateware}/", "")
     files[f"{TOP}_rom.init"] = rom_contents(made.boot.read_bytes(), made.board["rom"])
     return files
 
@@ -182,11 +110,21 @@ def deliver(made: Bitstream) -> Path:
     return folder
 
 def build(board: str, changes: dict | None = None) -> Path:
-    """All of it, with a line for each step; returns the folder with bitstream and flash image."""
+    """All of it, with a line for each step; returns the folder with bitstream and flash image.
+
+    Of a board in `VENDOR_TOOLS` the gateware's sources take the bitstream's place; the last line says what makes it.
+    """
     console = Console(stderr=True)
     with console.status(f"{board}: sources, libraries, firmware"):
         made = sources(board, changes)
     console.print(f"{board}: sources in {made.folder}")
+    if board in VENDOR_TOOLS:
+        with console.status(f"{board}: resources (some minutes)"):
+            counted = vendor.counts(made)
+        folder = vendor.deliver(made, counted)
+        console.print(f"{board}: {counted}")
+        console.print(f"{board}: next, {VENDOR_TOOLS[board]}: cd {folder / 'gateware'} && {vendor.TOOLS[VENDOR_TOOLS[board]].command}")
+        return folder
     with console.status(f"{board}: synthesis (some minutes)"):
         netlist = synthesize(made)
     console.print(f"{board}: netlist in {netlist}")

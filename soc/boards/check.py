@@ -14,8 +14,9 @@ from pathlib import Path
 
 from ...sim.paths import build_directory
 from ..synthesis import ToolError
-from . import BOARDS
-from .build import placement_key, sources
+from . import OPEN_BOARDS, VENDOR_TOOLS
+from .board_sources import sources
+from .build import placement_key
 
 def clock_name(net: str) -> str:
     """A clock's name without what nextpnr puts around it."""
@@ -50,8 +51,10 @@ def check(board: str, key: str, built: dict) -> None:
 def main() -> int:
     """Check the boards of the command line, or all; returns the exit status."""
     status = 0
-    for board in sys.argv[1:] or BOARDS:
+    for board in sys.argv[1:] or OPEN_BOARDS:
         try:
+            if board in VENDOR_TOOLS:
+                raise ToolError(f"{board}: its bitstream is made, and checked, by {VENDOR_TOOLS[board]}")
             check(board, placement_key(sources(board)), delivered(board))
             print(f"{board}: every clock is met, and the bitstream is of these sources")
         except ToolError as error:

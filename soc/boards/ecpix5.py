@@ -21,10 +21,9 @@ from liteeth.phy.ecp5rgmii import LiteEthPHYRGMII
 
 from litex_boards.platforms.lambdaconcept_ecpix5 import Platform
 
-from ...gateware.parameters import OPENCV_FEATURES
-from .board_soc             import BoardSoC
-from .preset                import Preset
-from .target                import main
+from .board_soc import BoardSoC
+from .preset    import Preset
+from .target    import main
 
 # Clocks -------------------------------------------------------------------------------------------
 
@@ -81,8 +80,9 @@ class ECPIX5(BoardSoC):
     preset        = Preset(
         disparities    = 128,
         max_block_size = 15,
-        features       = OPENCV_FEATURES,
+        features       = ("xsobel", "texture", "uniqueness", "subpixel"),
         sys_clk_freq   = 75000000,
+        density        = 0.7,
     )
 
     def make_platform(self):

@@ -16,12 +16,31 @@ from pathlib import Path
 
 from litex.soc.integration.builder import Builder
 
-from . import soc_class
+from . import OPEN_BOARDS, soc_class
 
 LIBRARIES = ["libc", "libcompiler_rt", "libbase", "liblitedram"]
 
 # Name of the top level and of all files of the gateware.
 TOP = "top"
+
+# Of the tools: names of sources are in them.
+SCRIPTS = (".ys", ".tcl", ".prj")
+
+def gather_sources(gateware: Path, sources: list[str]) -> None:
+    """Have all sources in one folder, and scripts that name them without their path: some tools see that folder alone."""
+    for source in map(Path, sources):
+        if source.parent != gateware:
+            shutil.copy(source, gateware)
+    for script in gateware.iterdir():
+        if script.suffix in SCRIPTS:
+            text = script.read_text()
+            for source in sources:
+                text = text.replace(source, Path(source).name)
+            script.write_text(text.replace(f"{gateware}/", ""))
+
+def nextpnr_options(toolchain) -> list[str]:
+    """Device, package and speed grade of LiteX's toolchain for an ECP5."""
+    return [f"--{toolchain._architecture}", "--package", toolchain._package, "--speed", toolchain._speed_grade]
 
 def generate(board: str, folder: Path, changes: dict) -> None:
     """Write LiteX's output for a board, with a preset changed by `changes`, to `folder`."""
@@ -32,21 +51,13 @@ def generate(board: str, folder: Path, changes: dict) -> None:
     builder = Builder(soc, output_dir=str(folder), csr_json=str(folder / "csr.json"))
     builder.software_packages  = [(name, path) for name, path in builder.software_packages if name in LIBRARIES]
     builder.software_libraries = [library for library in builder.software_libraries if library in LIBRARIES]
-    # Without wide functions, which take LUTs in pairs.
-    builder.build(run=False, build_name=TOP, nowidelut=True, timingstrict=True)
-    # The tools see nothing but the folder that they run in.
-    gateware = folder / "gateware"
-    script   = (gateware / f"{TOP}.ys").read_text()
-    for source, *_ in soc.platform.sources:
-        if Path(source).parent != gateware:
-            shutil.copy(source, gateware)
-        script = script.replace(source, Path(source).name)
-    (gateware / f"{TOP}.ys").write_text(script)
-    toolchain = soc.platform.toolchain
+    builder.build(run=False, build_name=TOP, **soc.build_options)
+    gather_sources(folder / "gateware", [source for source, *_ in soc.platform.sources])
     (folder / "board.json").write_text(json.dumps({
         "board":   board,
         "device":  soc.platform.device,
-        "nextpnr": [f"--{toolchain._architecture}", "--package", toolchain._package, "--speed", toolchain._speed_grade],
+        "family":  soc.family,
+        "nextpnr": nextpnr_options(soc.platform.toolchain) if board in OPEN_BOARDS else None,
         "preset":  {**vars(preset), "features": list(preset.features)},
         "flash":   {"offset": soc.flash_offset, "bytes": soc.flash_image_bytes, "images": soc.flash_images},
         "rom":     soc.rom_bytes,

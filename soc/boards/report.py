@@ -11,9 +11,10 @@ import sys
 from pathlib import Path
 
 from ..resources import table
-from ..synthesis import ToolError
-from . import BOARDS, soc_class
-from .build import placement_key, sources
+from ..synthesis import Resources, ToolError
+from . import BOARDS, OPEN_BOARDS, VENDOR_TOOLS, soc_class, vendor
+from .board_sources import sources
+from .build import placement_key
 from .check import changes, check, check_clocks, clock_name, delivered
 
 DOCUMENT = Path(__file__).resolve().parents[2] / "docs" / "boards.md"
@@ -53,8 +54,19 @@ def clock_rows(board: str, built: dict) -> list[list]:
     return [[board, f"`{clock_name(net)}`", f"{clock['constraint']:.1f}", f"{clock['achieved']:.1f}"]
         for net, clock in sorted(built["report"]["fmax"].items())]
 
-def document(builds: dict[str, dict]) -> str:
-    """The document, of what was built of each board.
+VENDOR_TEXT = """\
+Sources, constraints, boot program and firmware are built as for the others; the bitstream is made by the tool named here, and
+none of these has been run: whether the clocks are met is not known. The counts are of the whole SoC, by Yosys, before placing.
+"""
+
+COUNT_COLUMNS = ["board", "tool", "sites of logic", "FF", "block RAM", "DSP"]
+
+def count_row(board: str, counted: Resources) -> list:
+    """What Yosys counts of a board."""
+    return [f"[{board}](boards/{board}.md)", VENDOR_TOOLS[board], counted.lut, counted.ff, f"{counted.bram:g}", counted.dsp]
+
+def document(builds: dict[str, dict], counted: dict[str, Resources]) -> str:
+    """The document, of what was built of each board, and what Yosys counts of those in `VENDOR_TOOLS`.
 
     Raises
     ------
@@ -63,7 +75,7 @@ def document(builds: dict[str, dict]) -> str:
     """
     for board, built in builds.items():
         check_clocks(board, built["report"])
-    absent = [board for board in BOARDS if board not in builds]
+    absent = [board for board in OPEN_BOARDS if board not in builds]
     clocks = [row for board, built in builds.items() for row in clock_rows(board, built)]
     tools  = sorted({tool for built in builds.values() for tool in built["tools"]})
     return "\n".join([HEADER,
@@ -73,6 +85,7 @@ def document(builds: dict[str, dict]) -> str:
         table(["board", "device", *SITES.values(), "seed", "key", "commit"], [site_row(*item) for item in builds.items()]),
         "## Clocks\n", table(["board", "clock", "needed, MHz", "reached, MHz"], clocks),
         f"Without a bitstream that passes, on that computer: {', '.join(absent) or 'none'}.\n",
+        f"## Boards of other tools\n\n{VENDOR_TEXT}", table(COUNT_COLUMNS, [count_row(*item) for item in counted.items()]),
         f"Tools: {'; '.join(tools) or 'none used'}.\n"])
 
 def main() -> int:
@@ -81,7 +94,7 @@ def main() -> int:
         print(preset_text())
         return 0
     builds = {}
-    for board in BOARDS:
+    for board in OPEN_BOARDS:
         try:
             built = delivered(board)
             if changes(built, soc_class(board).preset):
@@ -90,9 +103,9 @@ def main() -> int:
             builds[board] = built
         except ToolError as error:
             print(f"boards: left out: {error}", file=sys.stderr)
-    DOCUMENT.write_text(document(builds))
+    DOCUMENT.write_text(document(builds, {board: vendor.counts(sources(board)) for board in VENDOR_TOOLS}))
     print(DOCUMENT.read_text())
-    return 0 if len(builds) == len(BOARDS) else 1
+    return 0 if len(builds) == len(OPEN_BOARDS) else 1
 
 if __name__ == "__main__":
     sys.exit(main())

@@ -19,10 +19,9 @@ from litedram.phy     import GENSDRPHY
 
 from litex_boards.platforms.radiona_ulx3s import Platform
 
-from ...gateware.parameters import OPENCV_FEATURES
-from .board_soc             import BoardSoC, SDR_SETTINGS
-from .preset                import Preset
-from .target                import main
+from .board_soc import BoardSoC, SDR_SETTINGS
+from .preset    import Preset
+from .target    import main
 
 # Clocks -------------------------------------------------------------------------------------------
 
@@ -48,14 +47,17 @@ class ULX3SCRG(LiteXModule):
 class ULX3S(BoardSoC):
     board_name      = "ulx3s"
     loader          = "ulx3s"
+    uart_baudrate   = 3000000
     memory_module   = AS4C32M16
     memory_bits     = 16
     memory_settings = SDR_SETTINGS
     preset          = Preset(
         disparities    = 128,
         max_block_size = 15,
-        features       = OPENCV_FEATURES,
+        features       = ("xsobel",),
         sys_clk_freq   = 75000000,
+        density        = 0.7,
+        seed           = 4,
     )
 
     def make_platform(self):

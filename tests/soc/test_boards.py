@@ -14,8 +14,20 @@ import zlib
 
 import pytest
 
-from litestereo.soc.boards import BOARDS, build, check, loader, report, soc_class, target
-from litestereo.soc.synthesis import ToolError
+from litestereo.soc.boards import (
+    BOARDS,
+    OPEN_BOARDS,
+    VENDOR_TOOLS,
+    board_sources,
+    build,
+    check,
+    loader,
+    report,
+    soc_class,
+    target,
+    vendor,
+)
+from litestereo.soc.synthesis import Resources, ToolError
 
 
 def built(board, achieved=61.0, key="key"):
@@ -27,19 +39,50 @@ def built(board, achieved=61.0, key="key"):
                        "utilization": {kind: {"used": 1, "available": 2} for kind in report.SITES}}}
 
 
-@pytest.mark.parametrize("board", BOARDS)
+@pytest.mark.parametrize("board", OPEN_BOARDS)
 def test_sources(board, monkeypatch):
     """A board's Verilog, constraints, boot program and firmware are built; the boot program fits its ROM."""
     monkeypatch.setattr(build, "tool_version", lambda name: name)
-    made  = build.sources(board)
+    made  = board_sources.sources(board)
     files = build.synthesis_files(made)
-    assert f"module {build.TOP}" in files[f"{build.TOP}.v"].replace("  ", " ")
+    assert "module top" in files["top.v"].replace("  ", " ")
     assert made.firmware.stat().st_size < made.board["flash"]["bytes"]
     assert len(files["top_rom.init"].split())*4 >= made.boot.stat().st_size
     # Nothing outside of the folder is read: the tools would not find it.
     assert "/" not in files["top.ys"].replace("//", "")
     assert "FREQUENCY PORT" in build.constraints(made)
     assert "--timing-allow-fail" not in build.options(made)
+
+
+#: What each vendor's tool reads: its script, and the board's pins and clocks.
+VENDOR_FILES = {"tang_primer_20k": ("run.tcl", "top.cst"),
+                "arty":            ("top.tcl", "top.xdc"),
+                "atlys":           ("top.prj", "top.ucf")}
+
+
+@pytest.mark.parametrize("board", VENDOR_TOOLS)
+def test_vendor_sources(board, monkeypatch, tmp_path):
+    """What a vendor's tool gets is whole: its script names files beside it, and the ROM holds the boot program."""
+    monkeypatch.setattr(vendor, "build_directory", lambda: tmp_path)
+    monkeypatch.setattr(vendor, "tool_version", lambda name: name)
+    made     = board_sources.sources(board)
+    folder   = vendor.deliver(made, Resources(1, 1, 1, 1, 1))
+    gateware = folder / "gateware"
+    script, constraints = ((gateware / name).read_text() for name in VENDOR_FILES[board])
+    assert str(made.folder) not in script
+    for name in ("top.v", "VexRiscv_Lite.v"):
+        assert name in script
+        assert (gateware / name).is_file()
+    assert "serial_tx" in constraints
+    words = [int(word, 16) for word in (gateware / "top_rom.init").read_text().split()]
+    assert b"".join(word.to_bytes(4, "little") for word in words).startswith(made.boot.read_bytes())
+    assert len(words)*4 <= made.board["rom"]
+    assert (folder / "firmware.bin").read_bytes() == board_sources.flash_image(made.firmware.read_bytes())
+    assert json.loads((folder / "report.json").read_text())["counts"]["lut"] == 1
+    # The bitstream is not there before the vendor's tool was.
+    monkeypatch.setattr(loader, "build_directory", lambda: tmp_path)
+    with pytest.raises(ToolError, match=f"{VENDOR_TOOLS[board]} makes it"):
+        loader.bitstream(board)
 
 
 def test_clock_names():
@@ -59,15 +102,15 @@ def test_boards_fit_the_flash():
 
 def test_flash_image():
     """Length and CRC-32 before the firmware, little-endian."""
-    image = build.flash_image(b"firmware")
+    image = board_sources.flash_image(b"firmware")
     assert image == (8).to_bytes(4, "little") + zlib.crc32(b"firmware").to_bytes(4, "little") + b"firmware"
 
 
 def test_boot_program_that_is_too_large():
     """Refused, with what to do."""
-    assert build.rom_contents(b"\1\2\3\4\5", 8) == "04030201\n00000005\n"
+    assert board_sources.rom_contents(b"\1\2\3\4\5", 8) == "04030201\n00000005\n"
     with pytest.raises(ToolError, match="enlarge rom_bytes"):
-        build.rom_contents(bytes(9), 8)
+        board_sources.rom_contents(bytes(9), 8)
 
 
 def test_check():
@@ -89,14 +132,15 @@ def test_not_built(tmp_path):
 
 def test_document():
     """Every board that is built has its sites and clocks in the document; one that is too slow is refused."""
-    text = report.document({board: built(board) for board in BOARDS})
-    for board in BOARDS:
+    text = report.document({board: built(board) for board in OPEN_BOARDS}, {"arty": Resources(1, 2, 3, 4.5, 5)})
+    assert "| [arty](boards/arty.md) | Vivado | 1 | 3 | 4.5 | 5 |" in text
+    for board in OPEN_BOARDS:
         assert f"| {board} | `sys_clk` | 60.0 | 61.0 |" in text
     assert "passes, on that computer: none." in text
-    one = report.document({"ulx3s": built("ulx3s")})
+    one = report.document({"ulx3s": built("ulx3s")}, {})
     assert "passes, on that computer: colorlight_i5, colorlight_i9, ecpix5." in one
     with pytest.raises(ToolError):
-        report.document({"ulx3s": built("ulx3s", achieved=1.0)})
+        report.document({"ulx3s": built("ulx3s", achieved=1.0)}, {})
 
 
 def test_changed_preset():
@@ -162,8 +206,21 @@ def test_flash(tmp_path, monkeypatch):
         loader.load("colorlight_i5")
 
 
+def test_loader_without_the_board():
+    """What openFPGALoader does not know is said before it is asked."""
+    with pytest.raises(ToolError, match="does not know the atlys: docs/boards/atlys.md"):
+        loader.run_loader("atlys")
+
+
+def test_check_of_a_vendors_board(monkeypatch, capsys):
+    """Whose tool checks the clocks is said."""
+    monkeypatch.setattr("sys.argv", ["check", "arty"])
+    assert check.main() == 1
+    assert "arty: its bitstream is made, and checked, by Vivado" in capsys.readouterr().err
+
+
 @pytest.mark.skipif(shutil.which("openFPGALoader") is None, reason="needs openFPGALoader: .ci/install fpga")
-@pytest.mark.parametrize("board", BOARDS)
+@pytest.mark.parametrize("board", OPEN_BOARDS)
 def test_no_board(board, tmp_path, monkeypatch, capfd):
     """The real openFPGALoader knows the board's name and its probe: what it misses is the device."""
     monkeypatch.setattr(loader, "build_directory", lambda: tmp_path)
