@@ -80,8 +80,10 @@ class ECPIX5(BoardSoC):
     preset        = Preset(
         disparities    = 128,
         max_block_size = 15,
-        features       = ("xsobel", "texture", "uniqueness", "subpixel"),
+        features       = ("xsobel",),
         sys_clk_freq   = 75000000,
+        streaming      = False,
+        with_icmp      = False,
         density        = 0.7,
     )
 

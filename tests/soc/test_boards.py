@@ -160,8 +160,8 @@ def test_target(board, monkeypatch, capsys):
     assert target.main(board, []) == 0
     assert "--disparities" in capsys.readouterr().out
     assert target.main(board, ["--build", "--flash"]) == 0
-    assert target.main(board, ["--build", "--disparities", "16", "--features", "raw", "--no-with-icmp"]) == 0
-    changed = {"disparities": 16, "features": ["raw"]}
+    assert target.main(board, ["--build", "--disparities", "48", "--features", "raw", "--no-with-icmp"]) == 0
+    changed = {"disparities": 48, "features": ["raw"]}
     if soc_class(board).preset.with_icmp:
         changed["with_icmp"] = False
     assert calls == [(board, {}), (board,), (board, changed)]
