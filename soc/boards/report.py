@@ -16,6 +16,7 @@ from . import BOARDS, OPEN_BOARDS, VENDOR_TOOLS, soc_class, vendor
 from .board_sources import sources
 from .build import placement_key
 from .check import changes, check, check_clocks, clock_name, delivered
+from .peers import PEERS
 
 DOCUMENT = Path(__file__).resolve().parents[2] / "docs" / "boards.md"
 
@@ -65,6 +66,26 @@ def count_row(board: str, counted: Resources) -> list:
     """What Yosys counts of a board."""
     return [f"[{board}](boards/{board}.md)", VENDOR_TOOLS[board], counted.lut, counted.ff, f"{counted.bram:g}", counted.dsp]
 
+PEER_TEXT = """\
+## Others
+
+The others' figures are those of their publications, at their own settings: most of them do more than block matching, and cost
+more. Ours are what the clock allows, at a pixel per clock; none of these boards has been measured.
+"""
+
+PEER_COLUMNS = ["system", "method", "images", "disparities", "frames per second", "million disparities per second", "device"]
+
+def peer_rows(builds: dict[str, dict]) -> list[list]:
+    """The boards that are built, and published systems, by disparities that are evaluated in a second."""
+    rows = [(peer.evaluations, [peer.name, peer.method, f"{peer.width} x {peer.height}", peer.disparities, f"{peer.frames:g}",
+        f"{peer.evaluations/1e6:,.0f}", peer.device]) for peer in PEERS]
+    for board, built in builds.items():
+        preset = soc_class(board).preset
+        rate   = preset.disparities*preset.sys_clk_freq
+        rows.append((rate, [f"**LiteStereo, {board}**", "XSobel, SAD", "640 x 480", preset.disparities,
+            f"{preset.frames_per_second:.1f}", f"{rate/1e6:,.0f}", built["device"]]))
+    return [row for _, row in sorted(rows, key=lambda item: -item[0])]
+
 def document(builds: dict[str, dict], counted: dict[str, Resources]) -> str:
     """The document, of what was built of each board, and what Yosys counts of those in `VENDOR_TOOLS`.
 
@@ -86,6 +107,7 @@ def document(builds: dict[str, dict], counted: dict[str, Resources]) -> str:
         "## Clocks\n", table(["board", "clock", "needed, MHz", "reached, MHz"], clocks),
         f"Without a bitstream that passes, on that computer: {', '.join(absent) or 'none'}.\n",
         f"## Boards of other tools\n\n{VENDOR_TEXT}", table(COUNT_COLUMNS, [count_row(*item) for item in counted.items()]),
+        PEER_TEXT, table(PEER_COLUMNS, peer_rows(builds)),
         f"Tools: {'; '.join(tools) or 'none used'}.\n"])
 
 def main() -> int:
