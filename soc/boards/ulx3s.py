@@ -57,7 +57,7 @@ class ULX3S(BoardSoC):
         features       = ("xsobel",),
         sys_clk_freq   = 75000000,
         density        = 0.7,
-        seed           = 4,
+        seed           = 2,
     )
 
     def make_platform(self):
