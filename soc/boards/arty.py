@@ -31,7 +31,7 @@ class Arty(BoardSoC):
     memory_bits   = 16
     memory_rate   = "1:4"
     preset        = Preset(
-        disparities    = 64,
+        disparities    = 32,
         max_block_size = 9,
         features       = ("xsobel",),
         # The memory's clock is four times as fast, and 300 MHz is the slowest that DDR3 is made for.

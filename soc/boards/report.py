@@ -64,7 +64,9 @@ COUNT_COLUMNS = ["board", "tool", "sites of logic", "FF", "block RAM", "DSP"]
 
 def count_row(board: str, counted: Resources) -> list:
     """What Yosys counts of a board."""
-    return [f"[{board}](boards/{board}.md)", VENDOR_TOOLS[board], counted.lut, counted.ff, f"{counted.bram:g}", counted.dsp]
+    there = vendor.AVAILABLE[board]
+    return [f"[{board}](boards/{board}.md)", VENDOR_TOOLS[board], *(f"{getattr(counted, kind):g} of {getattr(there, kind)}"
+        for kind in ("lut", "ff", "bram", "dsp"))]
 
 PEER_TEXT = """\
 ## Others

@@ -30,6 +30,13 @@ TOOLS = {
     "ISE":       VendorTool("bash build_top.sh", f"{TOP}.bit"),
 }
 
+# What the FPGAs have, by their data sheets.
+AVAILABLE = {
+    "tang_primer_20k": Resources(lut=20736, cells=20736, ff=15552, bram=46,  dsp=48), # GW2A-LV18
+    "arty":            Resources(lut=20800, cells=20800, ff=41600, bram=50,  dsp=90), # XC7A35T
+    "atlys":           Resources(lut=27288, cells=27288, ff=54576, bram=116, dsp=58), # XC6SLX45
+}
+
 # Synthesis of each family by Yosys; it has no model of the GW2A's DLL, which DDR3 needs: a black box will do for counting.
 SYNTHESIS = {
     "7-series":  f"synth_xilinx -family xc7 -top {TOP}",
