@@ -27,6 +27,9 @@ COUNTS = $(if $(filter tests,$(TESTS)),--count-gateware --cov=host_tools --cov-r
 export LITESTEREO_BUILD := $(CURDIR)/build
 export COVERAGE_FILE    := $(LITESTEREO_BUILD)/host_tools.coverage
 
+# What is set on the command line is for this file alone: the tests call other makefiles, which have a TESTS of their own.
+MAKEOVERRIDES :=
+
 .DEFAULT_GOAL := help
 
 help: ## Show the targets
