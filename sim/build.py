@@ -17,7 +17,7 @@ from pathlib import Path
 
 from ..firmware import FIRMWARE_DIR
 from ..soc.boards import BOARDS
-from .paths import SIM_DIR, build_directory, built_once, content_key, source_key
+from .paths import SIM_DIR, build_directory, built_once, content_key, last_lines, source_key
 
 MEMORIES       = ("integrated-ram", "sdram")
 LITEX_PACKAGES = ("litex", "litedram", "liteeth", "migen", "pythondata-cpu-vexriscv")
@@ -133,4 +133,4 @@ def _run(command: list[str], folder: Path, what: str) -> None:
         status = subprocess.run(command, stdout=file, stderr=file, stdin=subprocess.DEVNULL, check=False,
                                 env=environment).returncode
     if status:
-        raise SimulationError(f"building {what} failed: see {log}")
+        raise SimulationError(f"building {what} failed: see {log}, which ends with\n{last_lines(log)}")

@@ -56,7 +56,9 @@ def build_libraries(soc: str, packages: Path, output: Path, environment: dict[st
         command = ["litestereo.soc.simulation", soc, str(output), json.dumps(MATCHER), str(modules), "--no-simulator"]
     path = os.pathsep.join((str(packages), sysconfig.get_path("purelib")))
     # Without -S the checkout that is installed here would come first.
-    _run([sys.executable, "-S", "-m", *command], output, environment | {"PYTHONPATH": path}, "libraries.log")
+    # Neither takes the other's C library.
+    _run([sys.executable, "-S", "-m", *command], output,
+         environment | {"PYTHONPATH": path, "LITESTEREO_BUILD": str(output / "build")}, "libraries.log")
 
 
 def build_program(makefile: Path, libraries: Path, output: Path, environment: dict[str, str]) -> None:

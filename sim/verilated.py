@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import os
 import re
+import shutil
 import subprocess
 from pathlib import Path
 
@@ -17,7 +18,7 @@ from litex.gen.fhdl import verilog
 from migen import ClockDomain, Signal
 
 from ..soc.mapping import with_garbage
-from .paths import SIM_DIR, build_directory, built_once, content_key
+from .paths import SIM_DIR, build_directory, built_once, content_key, last_lines
 
 VERILATOR_OPTIONS = ["--cc", "--exe", "-O3", "--x-assign", "fast", "--x-initial", "fast", "--noassert",
                      "-Wno-fatal", "-Wno-WIDTH", "-Wno-CASEINCOMPLETE", "--top-module", "core",
@@ -25,6 +26,10 @@ VERILATOR_OPTIONS = ["--cc", "--exe", "-O3", "--x-assign", "fast", "--x-initial"
 
 #: What a model counts while it runs, by `LITESTEREO_COVERAGE`. Toggles make one a hundred times slower.
 COVERAGE_OPTIONS = {"": [], "line": ["--coverage-line"], "toggle": ["--coverage-line", "--coverage-toggle"]}
+
+#: Verilator's own part of a model, which takes longer to compile than most cores; with counters the last one as well.
+RUNTIME_OBJECTS  = ["verilated.o", "verilated_threads.o"]
+COVERAGE_OBJECTS = ["verilated_cov.o"]
 
 
 class PortsTop(LiteXModule):
@@ -39,6 +44,31 @@ class PortsTop(LiteXModule):
         signal = Signal(bits, name_override=name)
         self.ios.add(signal)
         return signal
+
+
+def compile_model(folder: Path, options: list[str], sources: list[str], targets: list[str]) -> None:
+    """Run Verilator in `folder`, and make in its `obj_dir`; raises RuntimeError that names the log."""
+    log = folder / "build.log"
+    with open(log, "w") as file:
+        for command in (["verilator", *options, *sources],
+                        ["make", "-s", "-j2", "-C", "obj_dir", "-f", "Vcore.mk", *targets]):
+            status = subprocess.run(command, cwd=folder, stdout=file, stderr=file, check=False).returncode
+            if status:
+                raise RuntimeError(f"{command[0]} failed with status {status}: see {log}, which ends with\n"
+                                   f"{last_lines(log)}")
+
+
+def build_runtime(options: list[str], version: str) -> list[Path]:
+    """Compile Verilator's own part of all models with the same options, once; return its objects."""
+    objects = RUNTIME_OBJECTS + (COVERAGE_OBJECTS if "--coverage-line" in options else [])
+
+    def build(folder: Path) -> None:
+        (folder / "core.v").write_text("module core(input sys_clk); endmodule\n")
+        (folder / "main.cpp").write_text("")
+        compile_model(folder, options, ["core.v", "main.cpp"], objects)
+
+    folder = built_once(build_directory() / "cosim" / f"runtime-{content_key([version, *options])}", build) / "obj_dir"
+    return [folder / name for name in objects]
 
 
 def build_library(top: PortsTop, header: str, bench: str) -> Path:
@@ -67,16 +97,15 @@ def build_library(top: PortsTop, header: str, bench: str) -> Path:
     # Comments hold the date.
     logic   = re.sub(r"^//.*$", "", source, flags=re.MULTILINE)
     key     = content_key([logic, *sources.values(), version, *options])
+    runtime = build_runtime(options, version)
 
     def build(folder: Path) -> None:
         for name, text in {"core.v": source, **sources}.items():
             (folder / name).write_text(text)
-        log = folder / "build.log"
-        with open(log, "w") as file:
-            for command in [["verilator", *options, "-CFLAGS", f"-I{folder}", "core.v", bench],
-                            ["make", "-s", "-j2", "-C", "obj_dir", "-f", "Vcore.mk"]]:
-                status = subprocess.run(command, cwd=folder, stdout=file, stderr=file, check=False).returncode
-                if status:
-                    raise RuntimeError(f"{command[0]} failed with status {status}: see {log}")
+        (folder / "obj_dir").mkdir()
+        for path in runtime:
+            # Newer than its source: make has nothing to do.
+            shutil.copy(path, folder / "obj_dir")
+        compile_model(folder, [*options, "-CFLAGS", f"-I{folder}"], ["core.v", bench], [])
 
     return built_once(build_directory() / "cosim" / key, build) / "obj_dir" / "core.so"

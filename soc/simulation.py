@@ -18,13 +18,13 @@ from litex.gen import *
 from litex.build.generic_platform import Pins, Subsignal
 from litex.build.sim              import SimPlatform
 from litex.build.sim.config       import SimConfig
-from litex.soc.integration.builder import Builder
 from litex.soc.integration.soc    import SoCRegion
 
 from litedram.core.controller import ControllerSettings
 from litedram.modules         import M12L64322A
 from litedram.phy.model       import SDRAMPHYModel
 
+from .builder        import StereoBuilder
 from .ethernet_model import EthernetPHYModel
 from .stereo_soc     import StereoSoC
 from .wide_ram       import WideRAM
@@ -32,8 +32,6 @@ from .wide_ram       import WideRAM
 MAIN_RAM_BYTES = 8*1024*1024 # As the SDRAM of a Colorlight i5.
 FLASH_ORIGIN   = 0x3000_0000
 FLASH_BYTES    = 256*1024
-
-LIBRARIES = ["libc", "libcompiler_rt", "libbase"]
 
 # One simulated second is a million clocks: the firmware's time-outs, in seconds, then fit the simulation's pace.
 SYS_CLK_FREQ = int(1e6)
@@ -153,14 +151,10 @@ def generate(memory, output_dir, matcher, modules_dir):
         Sources of our litex_sim modules.
     """
     soc     = SOCS[memory](**matcher)
-    builder = Builder(soc, output_dir=output_dir, csr_json=os.path.join(output_dir, "csr.json"))
+    builder = StereoBuilder(soc, output_dir, bios=not soc.integrated_rom_initialized)
     # LiteX writes a makefile into the folder of additional modules: give it a copy.
     modules_copy = os.path.join(output_dir, "modules")
     shutil.copytree(modules_dir, modules_copy)
-    # Of LiteX's libraries only what the firmware and, where there is one, the BIOS link.
-    if soc.integrated_rom_initialized:
-        builder.software_packages = [(name, folder) for name, folder in builder.software_packages if name in LIBRARIES]
-        builder.software_libraries = [library for library in builder.software_libraries if library in LIBRARIES]
     builder.build(
         run             = False,
         sim_config      = soc.sim_config(),

@@ -20,7 +20,7 @@ from litex.gen.fhdl import verilog
 from migen import Cat, ClockDomain, If, Signal, bits_for
 
 from ..gateware.matcher import Matcher, matcher_settings
-from ..sim.paths import build_directory, built_once, content_key
+from ..sim.paths import build_directory, built_once, content_key, last_lines
 from .mapping import without_collision_logic, without_open_carries
 
 # Families and what their primitives count as: sites of logic, carries as the sites that they take.
@@ -116,11 +116,12 @@ def tool_version(name: str) -> str:
     return (result.stdout or result.stderr).strip().splitlines()[0]
 
 def run_logged(command: list[str], folder: Path, log: str) -> None:
-    """Run a tool in a folder; raises ToolError that names the log if it fails."""
+    """Run a tool in a folder; raises ToolError with the end of the log if it fails."""
     with open(folder / log, "w") as file:
         status = subprocess.run(command, cwd=folder, stdout=file, stderr=subprocess.STDOUT, check=False).returncode
     if status:
-        raise ToolError(f"{command[0]} failed with status {status}: see {folder / log}")
+        raise ToolError(f"{command[0]} failed with status {status}: see {folder / log}, which ends with\n"
+                        f"{last_lines(folder / log)}")
 
 def synthesize(source: str, family: str) -> Path:
     """Folder with `stat.json` and, for ECP5, the netlist `top.json`; done once for each content."""

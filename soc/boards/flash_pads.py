@@ -6,6 +6,7 @@
 """Pads of a flash as LiteX's `SPIMaster` wants them: clk, cs_n, mosi, miso."""
 
 from migen import *
+from migen.fhdl.specials import Tristate
 
 from litex.gen import *
 
@@ -29,7 +30,8 @@ class FlashPads(LiteXModule):
         self.cs_n = pads.cs_n
         if hasattr(pads, "dq"):
             self.mosi, self.miso, wp, hold = pads.dq
-            self.comb += [wp.eq(1), hold.eq(1)]
+            # An assignment to two of the pins would drive the other two as well.
+            self.specials += [Tristate(pin, o=1, oe=1) for pin in (wp, hold)]
         else:
             self.mosi = pads.mosi
             self.miso = pads.miso

@@ -14,11 +14,8 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
-from litex.soc.integration.builder import Builder
-
-from . import OPEN_BOARDS, soc_class
-
-LIBRARIES = ["libc", "libcompiler_rt", "libbase", "liblitedram"]
+from ..builder import StereoBuilder
+from .         import OPEN_BOARDS, soc_class
 
 # Name of the top level and of all files of the gateware.
 TOP = "top"
@@ -48,9 +45,7 @@ def generate(board: str, folder: Path, changes: dict) -> None:
     preset  = replace(cls.preset, **changes)
     # The identifier would hold the date.
     soc     = cls(preset, ident_version=False)
-    builder = Builder(soc, output_dir=str(folder), csr_json=str(folder / "csr.json"))
-    builder.software_packages  = [(name, path) for name, path in builder.software_packages if name in LIBRARIES]
-    builder.software_libraries = [library for library in builder.software_libraries if library in LIBRARIES]
+    builder = StereoBuilder(soc, folder)
     builder.build(run=False, build_name=TOP, **soc.build_options)
     gather_sources(folder / "gateware", [source for source, *_ in soc.platform.sources])
     (folder / "board.json").write_text(json.dumps({

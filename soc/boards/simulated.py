@@ -13,17 +13,16 @@ import sys
 
 from migen import ClockDomainsRenamer
 
-from litex.build.sim               import SimPlatform
-from litex.soc.integration.builder import Builder
+from litex.build.sim import SimPlatform
 
 from litedram.phy.model import SDRAMPHYModel
 
+from ..builder        import StereoBuilder
 from ..ethernet_model import EthernetPHYModel
 from ..simulation     import IO, SYS_CLK_FREQ, SimulatedCRG, SimulatedSoC
 from .                import soc_class
 from .board_soc       import BoardSoC
 from .flash_model     import FlashModel
-from .generate        import LIBRARIES
 
 # Simulated Board ----------------------------------------------------------------------------------
 
@@ -61,11 +60,9 @@ def simulated(board):
 def build(board, output_dir, modules_dir):
     """Build simulator and libraries of a board; see `soc.simulation.build`."""
     soc          = simulated(board)()
-    builder      = Builder(soc, output_dir=output_dir, csr_json=os.path.join(output_dir, "csr.json"))
+    builder      = StereoBuilder(soc, output_dir)
     modules_copy = os.path.join(output_dir, "modules")
     shutil.copytree(modules_dir, modules_copy)
-    builder.software_packages  = [(name, folder) for name, folder in builder.software_packages if name in LIBRARIES]
-    builder.software_libraries = [library for library in builder.software_libraries if library in LIBRARIES]
     builder.build(
         run             = False,
         sim_config      = soc.sim_config(),

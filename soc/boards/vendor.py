@@ -64,6 +64,7 @@ def counts(made: Sources) -> Resources:
     family = made.board["family"]
     files  = {path.name: path.read_text() for path in sorted(made.gateware.iterdir()) if path.suffix in (".v", ".init")}
     files[f"{TOP}.v"] = without_dates(files[f"{TOP}.v"])
+    files[f"{TOP}_rom.init"] = rom_contents(made.boot.read_bytes(), made.board["rom"])
     sources = " ".join(name for name in files if name.endswith(".v"))
     if family == "Gowin":
         files["dll.v"] = DLL

@@ -28,9 +28,10 @@ ANNOUNCEMENT = "[ethernet2socket] listening on 127.0.0.1:"
 @dataclass
 class Machine:
     """A running system: where it is, and, when it has ended, what was done to it."""
-    url:    str
-    ways:   tuple[Faults, Faults]
-    counts: dict[str, int] = field(default_factory=dict)
+    url:     str
+    ways:    tuple[Faults, Faults]
+    process: subprocess.Popen
+    counts:  dict[str, int] = field(default_factory=dict)
 
 
 @contextlib.contextmanager
@@ -59,7 +60,7 @@ def machine(seed: int, haste: int = 1) -> Iterator[Machine]:
             if not line.startswith(ANNOUNCEMENT):
                 raise RuntimeError(f"the simulated SoC does not start: see {log}")
             with udp_proxied(int(line.removeprefix(ANNOUNCEMENT)), *ways) as network:
-                running = Machine(network.url, ways)
+                running = Machine(network.url, ways, process)
                 yield running
         finally:
             process.terminate()

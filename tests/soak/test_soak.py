@@ -64,5 +64,6 @@ def test_a_lost_frame_is_found(monkeypatch):
 
 def test_a_machine_that_ends_by_itself_is_an_error():
     """It is not taken for something to recover from."""
-    with pytest.raises(RuntimeError, match="ended with status"), machine(SEED, haste=0):
-        pass
+    with pytest.raises(RuntimeError, match="ended with status"), machine(SEED, haste=0) as running:
+        # The first fault that is drawn divides by it.
+        running.process.wait(60)

@@ -39,6 +39,14 @@ def built(board, achieved=61.0, key="key"):
                        "utilization": {kind: {"used": 1, "available": 2} for kind in report.SITES}}}
 
 
+def assert_pins_are_driven_once(verilog):
+    """A pin of both directions has no driver besides its tristate ones: an `always` would drive all of its bits."""
+    pins = re.findall(r"^\s*inout\s+wire\s+(?:\[\d+:0\]\s+)?(\w+)", verilog, re.MULTILINE)
+    assert pins
+    for pin in pins:
+        assert not re.search(rf"\b{pin}(\[[\d:]+\])?\s*<=", verilog), pin
+
+
 @pytest.mark.parametrize("board", OPEN_BOARDS)
 def test_sources(board, monkeypatch):
     """A board's Verilog, constraints, boot program and firmware are built; the boot program fits its ROM."""
@@ -46,6 +54,7 @@ def test_sources(board, monkeypatch):
     made  = board_sources.sources(board)
     files = build.synthesis_files(made)
     assert "module top" in files["top.v"].replace("  ", " ")
+    assert_pins_are_driven_once(files["top.v"])
     assert made.firmware.stat().st_size < made.board["flash"]["bytes"]
     assert len(files["top_rom.init"].split())*4 >= made.boot.stat().st_size
     # Nothing outside of the folder is read: the tools would not find it.
@@ -70,6 +79,7 @@ def test_vendor_sources(board, monkeypatch, tmp_path):
     gateware = folder / "gateware"
     script, constraints = ((gateware / name).read_text() for name in VENDOR_FILES[board])
     assert str(made.folder) not in script
+    assert_pins_are_driven_once((gateware / "top.v").read_text())
     for name in ("top.v", "VexRiscv_Lite.v"):
         assert name in script
         assert (gateware / name).is_file()

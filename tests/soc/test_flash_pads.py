@@ -1,0 +1,57 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""A flash's pins in the emitted Verilog: which is which, and that those of the wider modes are held high."""
+
+from __future__ import annotations
+
+import re
+
+from litex.gen import LiteXModule
+from litex.gen.fhdl import verilog
+from litex.soc.cores.bitbang import SPIMaster
+from migen import ClockDomain, Record
+
+from litestereo.soc.boards.flash_pads import FlashPads
+
+
+class Top(LiteXModule):
+    """A flash as `BoardSoC.add_flash` has it."""
+    def __init__(self, pads):
+        self.cd_sys = ClockDomain("sys")
+        self.pads   = FlashPads(pads)
+        self.flash  = SPIMaster(self.pads)
+
+
+def emitted(*layout):
+    pads = Record([("clk", 1), ("cs_n", 1), *layout], name="flash")
+    top  = Top(pads)
+    text = str(verilog.convert(top, ios={top.cd_sys.clk, top.cd_sys.rst, *pads.flatten()}, name="top"))
+    return [" ".join(line.split()) for line in text.splitlines()]
+
+
+def reads(lines):
+    """What the flash's answer is taken from."""
+    return [line.split(" = ")[1].rstrip(";") for line in lines if re.match(r"assign flash_miso\d* = ", line)]
+
+
+def test_four_data_pins():
+    """dq[0] goes to the flash, dq[1] comes from it; dq[2] would protect it and dq[3] hold it, if low."""
+    lines = emitted(("dq", 4))
+    assert any(line.startswith("inout wire [3:0] flash_dq") for line in lines)
+    driven = [line for line in lines if line.startswith(("assign flash_dq", "flash_dq"))]
+    assert [line.split(" = ")[0] for line in driven] == [f"assign flash_dq[{pin}]" for pin in (2, 3, 0)]
+    assert driven[0].endswith("1'd1 ? 1'd1 : 1'bz;") and driven[1].endswith("1'd1 ? 1'd1 : 1'bz;")
+    assert reads(lines) == ["flash_dq[1]"]
+
+
+def test_named_pins():
+    """As they are named; `wp` and `hold` are driven where the board has them."""
+    lines = emitted(("mosi", 1), ("miso", 1), ("wp", 1), ("hold", 1))
+    assert {"assign flash_wp = 1'd1;", "assign flash_hold = 1'd1;"} <= set(lines)
+    assert reads(lines) == ["flash_miso"]
+    few = emitted(("mosi", 1), ("miso", 1))
+    assert reads(few) == ["flash_miso"]
+    assert not any("flash_wp" in line or "flash_hold" in line for line in few)
