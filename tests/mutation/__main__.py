@@ -99,13 +99,13 @@ def main() -> int:
     judged  = {"caught": [], "hung": [], "equivalent": [], "survived": []}
     for mutant in drawn(GATEWARE, options.cores, options.count, options.seed):
         # Tests that fail in any case would catch everything.
-        whole = Mutant(mutant.core, 0, "none", "", "", (GATEWARE / f"{mutant.core}.py").read_text())
+        whole = Mutant(mutant.core, 0, "none", "", "", "", (GATEWARE / f"{mutant.core}.py").read_text())
         if outcome(whole, sources) != "survived":
             print(f"mutation: the tests of {mutant.core} fail without a fault", file=sys.stderr)
             return 1
         begun  = time.monotonic()
         result = outcome(mutant, sources)
-        if result == "survived" and (mutant.core, mutant.before, mutant.after) in EQUIVALENT:
+        if result == "survived" and (mutant.core, mutant.code, mutant.before, mutant.after) in EQUIVALENT:
             result = "equivalent"
         judged[result].append(mutant)
         print(f"{result:10} {time.monotonic() - begun:6.1f} s  {mutant.name[:90]}", flush=True)

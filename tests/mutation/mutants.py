@@ -28,6 +28,7 @@ class Mutant:
     kind:   str  #: of the fault
     before: str
     after:  str
+    code:   str  #: the line where it begins, as it was
     source: str  #: of the whole module, with the fault
 
     @property
@@ -102,8 +103,9 @@ def mutants_of(path: Path) -> list[Mutant]:
             after  = ast.unparse(ast.fix_missing_locations(other))
             # In brackets, so that what is around it still binds as it did.
             text   = data[:begin] + f"({after})".encode() + data[end:]
+            code   = lines[node.lineno - 1].strip()
             short  = [" ".join(part.split()) for part in (before, after)]
-            result[begin, end, kind] = Mutant(path.stem, node.lineno, kind, *short, text.decode())
+            result[begin, end, kind] = Mutant(path.stem, node.lineno, kind, *short, code, text.decode())
     return [result[key] for key in sorted(result)]
 
 

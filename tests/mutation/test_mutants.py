@@ -12,6 +12,7 @@ import pytest
 
 import litestereo.gateware
 from mutation.__main__ import TESTS
+from mutation.equivalent import EQUIVALENT
 from mutation.mutants import drawn, mutants_of
 
 GATEWARE = Path(litestereo.gateware.__file__).parent
@@ -47,3 +48,9 @@ def test_every_core_has_tests() -> None:
     """The folder of tests has what is said of it."""
     for file, *_ in TESTS.values():
         assert (Path(__file__).parents[1] / "gateware" / file).is_file()
+
+
+def test_exceptions_are_of_this_source() -> None:
+    """What is known to be equivalent is still a mutant of the core: an exception does not outlive its line."""
+    for core, *rest in EQUIVALENT:
+        assert tuple(rest) in {(mutant.code, mutant.before, mutant.after) for mutant in mutants_of(GATEWARE / f"{core}.py")}
