@@ -8,4 +8,7 @@
 EQUIVALENT: dict[tuple[str, str, str, str], str] = {
     ("left_right", "self.sync += check.credit.eq(fifo.level < FIFO_DEPTH - check.latency - 2)", "2", "3"):
         "The queue stops being filled one pixel earlier: as before it never overflows, and no pixel is another.",
+    ("left_right", "write.we.eq(votes & self.sink.valid),", "votes & self.sink.valid", "votes | self.sink.valid"):
+        "A winner that waits for its row is written once more, behind the last column of the row before and in its "
+        "first one. The second pass reads the one never, and the other for a pixel outside of the map.",
 }

@@ -46,8 +46,9 @@ def test_the_seed_draws_them() -> None:
 
 def test_every_core_has_tests() -> None:
     """The folder of tests has what is said of it."""
-    for file, *_ in TESTS.values():
-        assert (Path(__file__).parents[1] / "gateware" / file).is_file()
+    for arguments in TESTS.values():
+        files = [part for part in arguments if part.endswith(".py")]
+        assert files and all((Path(__file__).parents[1] / "gateware" / file).is_file() for file in files)
 
 
 def test_exceptions_are_of_this_source() -> None:
