@@ -123,7 +123,7 @@ def measure() -> dict[str, Covered]:
 
 
 def _run(*command: Path) -> None:
-    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+    done = subprocess.run(command, capture_output=True, text=True, timeout=600, check=False)
     if done.returncode:
         raise CoverageError(f"{command[0].name} failed: {done.stderr.strip()}")
 

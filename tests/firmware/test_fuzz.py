@@ -49,7 +49,7 @@ def test_a_planted_fault_is_found(target):
 
 def repeated(target, path, planted):
     command = [build(target, planted), path]
-    return subprocess.run(command, capture_output=True, timeout=60, check=False).returncode
+    return subprocess.run(command, capture_output=True, timeout=600, check=False).returncode
 
 
 @pytest.mark.parametrize("target", TARGETS)

@@ -64,7 +64,7 @@ def machine(seed: int, haste: int = 1) -> Iterator[Machine]:
                 yield running
         finally:
             process.terminate()
-            out, _ = process.communicate(timeout=60)
+            out, _ = process.communicate(timeout=600)
     if process.returncode:
         raise RuntimeError(f"the simulated SoC ended with status {process.returncode}: see {log}")
     running.counts = json.loads(out)

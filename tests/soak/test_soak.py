@@ -66,4 +66,4 @@ def test_a_machine_that_ends_by_itself_is_an_error():
     """It is not taken for something to recover from."""
     with pytest.raises(RuntimeError, match="ended with status"), machine(SEED, haste=0) as running:
         # The first fault that is drawn divides by it.
-        running.process.wait(60)
+        running.process.wait(600)
