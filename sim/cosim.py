@@ -66,7 +66,7 @@ class CosimMatcher:
         matcher = Matcher(max_width=max_width, disparities=disparities, max_block_size=max_block_size,
                           features=features)
         self.features = int(matcher.parameters.feature_bits)
-        self.core     = StreamCore(matcher, [name for name, *_ in matcher_settings(matcher.parameters)])
+        self.core     = StreamCore(matcher, [name for name, *_ in matcher_settings(matcher.parameters)] + ["reset"])
 
     def match_settings(self, left: NDArray[np.uint8], right: NDArray[np.uint8], settings: StereoSettings, *,
                        valid: float = 1.0, ready: float = 1.0, seed: int = 0) -> tuple[NDArray[np.int16], int, int]:
@@ -107,6 +107,12 @@ class CosimMatcher:
             raise RuntimeError("the marks of the map's first and last pixel are wrong")
         disparity = result.words.astype(np.uint16).view(np.int16).reshape(height, width)
         return disparity, result.clocks, result.probe_clock
+
+    def give_up(self) -> None:
+        """Forget the frame, by the matcher's own reset, as the peripheral does between frames."""
+        self.core.set(reset=1)
+        self.core.run(np.zeros((0, self.core.sink_words), np.uint32), 1, idle_clocks=1)
+        self.core.set(reset=0)
 
     def close(self) -> None:
         """Free the model."""
