@@ -23,6 +23,7 @@ from .peripheral import peripheral
 from .proof import Proof
 from .raster import raster
 from .result_map import border, left_right, median
+from .send_queue import send_queue
 from .slot_table import slot_table
 from .solver import SolverError, decide
 from .stream_reader import stream_reader
@@ -59,6 +60,7 @@ TASKS = [
     Task("SlotTable", slot_table, 11, cover=18),
     Task("MessageSorter", message_sorter, 13, cover=18),
     Task("PairGate", pair_gate, 11, cover=16),
+    Task("SendQueue", send_queue, 6, 1, 24),
 ]
 
 

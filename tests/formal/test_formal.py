@@ -19,6 +19,7 @@ from formal.passing import arbiter, register
 from formal.peripheral import peripheral
 from formal.raster import raster
 from formal.result_map import border, left_right
+from formal.send_queue import send_queue
 from formal.slot_table import slot_table
 from formal.solver import decide
 from formal.stream_reader import stream_reader
@@ -89,6 +90,19 @@ FAULTS = {
         "so is the last"),
     "a verdict of the frame before": (
         pair_gate, "pair_gate", "PairGate", "self.begin & (changed == 0)", "self.begin", "no pair beyond the frame"),
+    "memory beside the job": (
+        send_queue, "send_queue", "SendQueue", "reader.base.eq(message.base)", "reader.base.eq(message.base + 4)",
+        "no address outside of [base, base + length) of a job"),
+    "a field left out": (
+        send_queue, "send_queue", "SendQueue", "offered.source.connect(self.source)",
+        'offered.source.connect(self.source, omit={"offset"})',
+        "its messages are its parts, one behind the other, of all fields"),
+    "a reply that comes again": (
+        send_queue, "send_queue", "SendQueue", "answered.eq(done & ~chosen)",
+        "answered.eq(done & ~chosen & ~self.run_busy)", "the reply is all of it"),
+    "a run that goes on": (
+        send_queue, "send_queue", "SendQueue", "If(chosen & aborted,", "If(0,",
+        "a run that was given up reads no further message"),
 }
 
 #: Clocks in which a fault shows, if not 16.
