@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 from .crossing import crossing
 from .line_buffer import line_buffer
+from .map_parts import map_parts
 from .message_buffer import message_buffer
 from .message_framer import message_framer
 from .message_sorter import message_sorter
@@ -61,6 +62,7 @@ TASKS = [
     Task("MessageSorter", message_sorter, 13, cover=18),
     Task("PairGate", pair_gate, 11, cover=16),
     Task("SendQueue", send_queue, 6, 1, 24),
+    Task("MapParts", map_parts, 8, 1, 20),
 ]
 
 

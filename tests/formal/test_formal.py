@@ -10,6 +10,7 @@ import pytest
 from formal.__main__ import TASKS, Task
 from formal.crossing import crossing
 from formal.line_buffer import line_buffer
+from formal.map_parts import map_parts
 from formal.message_buffer import message_buffer
 from formal.message_framer import message_framer
 from formal.message_sorter import message_sorter
@@ -103,6 +104,20 @@ FAULTS = {
     "a run that goes on": (
         send_queue, "send_queue", "SendQueue", "If(chosen & aborted,", "If(0,",
         "a run that was given up reads no further message"),
+    "a place for what is left out": (
+        map_parts, "map_parts", "MapParts", "If(~omit,\n                        place.eq",
+        "If(1,\n                        place.eq", "there is its place"),
+    "a message torn away": (
+        map_parts, "map_parts", "MapParts", "Mux(self.taken, self.source.ready, dropping)",
+        "dropping | (self.taken & self.source.ready)", "the FIFO holds the parts"),
+    "an odd pixel lost": (
+        map_parts, "map_parts", "MapParts", "(pixel[0] | sink.last)", "pixel[0]", "memory holds the word of part 0"),
+    "a word shown twice": (
+        map_parts, "map_parts", "MapParts", "read.adr.eq(Cat(following, first))", "read.adr.eq(Cat(index, first))",
+        "what memory shows is in it"),
+    "a header of another map": (
+        map_parts, "map_parts", "MapParts", "If(self.open,\n                [getattr(header",
+        "If(sink.valid,\n                [getattr(header", "is the map's"),
 }
 
 #: Clocks in which a fault shows, if not 16.
