@@ -30,13 +30,21 @@ SDR_SETTINGS = ControllerSettings(read_time=256, write_time=128)
 FLASH_IMAGES      = 2
 FLASH_IMAGE_BYTES = 256*1024
 
+# Picture of a screen, and the clock of its pixels: monitors take it for 25.175 MHz.
+SCREEN_TIMINGS = "640x480@60Hz"
+PIXEL_DOMAIN   = "hdmi"
+PIXEL_HZ       = 25000000
+# Bytes between memory and screen, 20 us of a picture: a memory that writes, refreshes itself, or serves the matcher, takes
+# half of it at most.
+SCREEN_FIFO_BYTES = 512
+
 # Board SoC ----------------------------------------------------------------------------------------
 
 class BoardSoC(StereoSoC):
     """What the SoCs of all boards share: a boot program in ROM instead of LiteX's BIOS, and the flash that it reads.
 
-    A target says what differs by class attributes and by overriding `make_platform`, `add_clocking`, `make_memory_phy`
-    and `make_ethernet_phy`.
+    A target says what differs by class attributes and by overriding `make_platform`, `add_clocking`, `make_memory_phy`,
+    `make_ethernet_phy` and `make_video_phy`.
 
     Parameters
     ----------
@@ -84,6 +92,7 @@ class BoardSoC(StereoSoC):
             features       = preset.features,
             burst_bytes    = preset.burst_bytes,
             **soc_kwargs)
+        self.add_screen()
         self.add_bus_registers()
         if self.pipelined:
             self.add_memory_registers()
@@ -115,6 +124,21 @@ class BoardSoC(StereoSoC):
                 streaming   = self.preset.streaming,
                 with_icmp   = self.preset.with_icmp,
                 pipelined   = self.pipelined,
+            )
+
+    def add_screen(self):
+        """The frame buffer of a screen, if the board has a connector for one: grey, a byte per pixel; the firmware says where."""
+        phy = self.make_video_phy()
+        if phy is not None:
+            self.videophy = phy
+            # LiteX would give it a region of its own otherwise, in the midst of the main memory.
+            self.mem_map = {**self.mem_map, "video_framebuffer": self.mem_map["main_ram"]}
+            self.add_video_framebuffer(
+                phy          = phy,
+                timings      = SCREEN_TIMINGS,
+                clock_domain = PIXEL_DOMAIN,
+                format       = "mono8",
+                fifo_depth   = SCREEN_FIFO_BYTES,
             )
 
     def add_bus_registers(self):
@@ -159,6 +183,9 @@ class BoardSoC(StereoSoC):
 
     def make_ethernet_phy(self):
         """LiteEth PHY, 8 bits wide; None, as here, if the board has no Ethernet."""
+
+    def make_video_phy(self):
+        """LiteX video PHY for `SCREEN_TIMINGS`, in the clock domain `PIXEL_DOMAIN`; None, as here, if the board has no screen."""
 
     def make_flash_pads(self):
         """Pads of the flash as `SPIMaster` wants them, a module."""
