@@ -34,8 +34,7 @@ FLASH_IMAGE_BYTES = 256*1024
 SCREEN_TIMINGS = "640x480@60Hz"
 PIXEL_DOMAIN   = "hdmi"
 PIXEL_HZ       = 25000000
-# Bytes between memory and screen, 20 us of a picture: a memory that writes, refreshes itself, or serves the matcher, takes
-# half of it at most.
+# Bytes between memory and screen: 20 us of a picture, for which the memory may serve others.
 SCREEN_FIFO_BYTES = 512
 
 # Board SoC ----------------------------------------------------------------------------------------
@@ -127,7 +126,7 @@ class BoardSoC(StereoSoC):
             )
 
     def add_screen(self):
-        """The frame buffer of a screen, if the board has a connector for one: grey, a byte per pixel; the firmware says where."""
+        """The frame buffer of a screen, if the board has one: grey, a byte per pixel; the firmware says where."""
         phy = self.make_video_phy()
         if phy is not None:
             self.videophy = phy
@@ -185,7 +184,7 @@ class BoardSoC(StereoSoC):
         """LiteEth PHY, 8 bits wide; None, as here, if the board has no Ethernet."""
 
     def make_video_phy(self):
-        """LiteX video PHY for `SCREEN_TIMINGS`, in the clock domain `PIXEL_DOMAIN`; None, as here, if the board has no screen."""
+        """LiteX video PHY for `SCREEN_TIMINGS` in the domain `PIXEL_DOMAIN`; None, as here, if the board has no screen."""
 
     def make_flash_pads(self):
         """Pads of the flash as `SPIMaster` wants them, a module."""

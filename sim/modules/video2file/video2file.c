@@ -5,9 +5,10 @@
  */
 
 /*
- * litex_sim module: what a screen at the simulated SoC shows, as the file screen.ppm in the folder that the simulator runs
- * in. A picture is there once it is complete, in place of the one before; its comment says how many there were, and what a
- * monitor measures: clocks of pixels from one vertical sync to the next, and horizontal syncs meanwhile.
+ * litex_sim module: what a screen at the simulated SoC shows, as the file screen.ppm in the folder that the simulator
+ * runs in. A picture is there once it is complete, in place of the one before; its comment says how many there were, and
+ * what a monitor measures: clocks of pixels from one vertical sync to the next, and horizontal syncs meanwhile. Of a
+ * picture that had to wait for the memory, rows are longer: that is printed.
  */
 
 #include <stdbool.h>
