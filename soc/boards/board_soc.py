@@ -14,6 +14,7 @@ from litedram.core.controller import ControllerSettings
 
 from ...gateware.bus_register    import BusRegister
 from ...gateware.stream_register import add_register
+from ..screen_turns              import ScreenTurns
 from ..stereo_soc                import StereoSoC
 from .flash_pads                 import ECP5FlashPads
 
@@ -34,7 +35,7 @@ FLASH_IMAGE_BYTES = 256*1024
 SCREEN_TIMINGS = "640x480@60Hz"
 PIXEL_DOMAIN   = "hdmi"
 PIXEL_HZ       = 25000000
-# Bytes between memory and screen: 20 us of a picture, for which the memory may serve others.
+# Bytes between memory and screen: 20 us of a picture; `ScreenTurns` says when it is filled.
 SCREEN_FIFO_BYTES = 512
 
 # Board SoC ----------------------------------------------------------------------------------------
@@ -139,6 +140,11 @@ class BoardSoC(StereoSoC):
                 format       = "mono8",
                 fifo_depth   = SCREEN_FIFO_BYTES,
             )
+            dma     = self.video_framebuffer.dma
+            masters = self.sdram.crossbar.masters
+            self.screen_turns = ScreenTurns(dma, SCREEN_FIFO_BYTES*8//dma.port.data_width)
+            for number, port in enumerate(masters):
+                masters[number] = self.screen_turns.add_gate(port, is_screen=port is dma.port)
 
     def add_bus_registers(self):
         """A register between the bus and each port of the CPU."""
