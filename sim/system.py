@@ -137,10 +137,6 @@ def start_simulation(ram: str = "integrated-ram", port: int = 0, udp_port: int =
 def _prepare_modules(folder: Path, gateware: Path, arguments: dict[str, dict[str, int | str]], wire: str,
                      byte_clock_hz: int) -> None:
     """Put litex_sim's modules and their configuration in the folder that it runs in."""
-    modules = folder / "modules"
-    modules.mkdir()
-    for name in ["clocker", "serial2socket", WIRES[wire]]:
-        (modules / f"{name}.so").symlink_to(gateware / "modules" / f"{name}.so")
     config = json.loads((gateware / "sim_config.js").read_text())
     for module in config:
         name = module.get("module")
@@ -156,6 +152,10 @@ def _prepare_modules(folder: Path, gateware: Path, arguments: dict[str, dict[str
     (step,) = (entry for entry in config if "timebase" in entry)
     step["timebase"] = math.gcd(*(10**12//hz//2 for hz in (SYS_CLK_HZ, byte_clock_hz)))
     (folder / "sim_config.js").write_text(json.dumps(config))
+    modules = folder / "modules"
+    modules.mkdir()
+    for name in {module["module"] for module in config if "module" in module}:
+        (modules / f"{name}.so").symlink_to(gateware / "modules" / f"{name}.so")
 
 
 def memory_contents(ram: str, soc: Path, firmware: bytes) -> dict[str, tuple[bytes, int]]:

@@ -47,6 +47,8 @@ IO = [
     ("serial",  0, *BYTES),
     ("eth_clk", 0, Pins(1)),
     ("eth",     0, *BYTES),
+    ("video",   0, *(Subsignal(name, Pins(1)) for name in ("clk", "de", "hsync", "vsync")),
+        *(Subsignal(name, Pins(8)) for name in ("r", "g", "b"))),
 ]
 
 # Clock --------------------------------------------------------------------------------------------

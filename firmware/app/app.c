@@ -83,6 +83,17 @@ static void prepare_update(app_t *app, uint8_t **memory, size_t *size)
     *size   -= bytes;
 }
 
+/* Takes the pictures' memory from that for frames, if there is a screen; a small memory is for frames alone. */
+static void prepare_screen(app_t *app, uint8_t **memory, size_t *size)
+{
+    size_t bytes = screen_bytes();
+
+    if (*size / 2 >= bytes && screen_init(&app->screen, *memory) == STATUS_OK) {
+        *memory += bytes;
+        *size   -= bytes;
+    }
+}
+
 static void report_reset(app_t *app)
 {
     const reset_report_t *reset = &app->reset;
@@ -117,11 +128,13 @@ status_t app_init(app_t *app)
         return status;
     }
     prepare_update(app, &memory, &size);
+    prepare_screen(app, &memory, &size);
     status = frame_pool_init(&app->pool, memory, size, FRAME_POOL_SLOTS);
     if (status != STATUS_OK) {
         console_printf(&app->console, "\n%u bytes of memory are too few for frames.\n", (unsigned)size);
         return status;
     }
+    map_view_init(&app->view, &app->screen, &app->pool);
     describe(app);
     session_init(&app->session, &app->info, &app->pool, &app->counters, stop_match, &app->matcher);
     app->session.update = app->update.flash != NULL ? &app->update : NULL;
@@ -163,6 +176,7 @@ void app_poll(app_t *app)
     }
     session_poll(&app->session, clock);
     matcher_poll(&app->matcher, clock);
+    map_view_poll(&app->view);
     if (app->session.update != NULL) {
         update_poll(&app->update, clock);
     }

@@ -11,6 +11,7 @@
 #include "litestereo/console.h"
 #include "litestereo/flash.h"
 #include "litestereo/frame_link.h"
+#include "litestereo/map_view.h"
 #include "litestereo/matcher.h"
 #include "litestereo/reset.h"
 #include "litestereo/serial.h"
@@ -28,6 +29,8 @@ typedef struct {
     frame_pool_t  pool;      /**< Frames. */
     counters_t    counters;  /**< What is counted. */
     matcher_t     matcher;   /**< From the pool to the accelerator. */
+    screen_t      screen;    /**< What people see. */
+    map_view_t    view;      /**< From the pool to the screen. */
     device_info_t info;      /**< What the device tells of itself. */
     session_t     session;   /**< The protocol. */
     serial_link_t link;      /**< The protocol on the line. */

@@ -11,6 +11,7 @@
 #include <sys/mman.h>
 
 #include "fake_frame_link.h"
+#include "fake_screen.h"
 #include "generated/csr.h"
 #include "libbase/uart.h"
 #include "litestereo/platform.h"
@@ -141,6 +142,7 @@ void boot(void)
 {
     fake_stereo.hang      = false;
     fake_stereo.bus_error = false;
+    fake_screen           = (fake_screen_t){0};
     memset(memory, 0, MEMORY_SIZE);
     out_length = 0;
     REQUIRE(app_init(&app) == STATUS_OK);

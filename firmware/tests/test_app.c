@@ -9,6 +9,7 @@
 #include "app_fixture.h"
 #include "fake_flash.h"
 #include "fake_frame_link.h"
+#include "fake_screen.h"
 #include "generated/csr.h"
 #include "litestereo/crc32.h"
 #include "litestereo/ensure.h"
@@ -108,6 +109,26 @@ static void test_matcher(void)
     REQUIRE(app.counters.value[COUNTER_MATCHER_INTERRUPTS] == 3);
 }
 
+/* What is done is seen: the map in the middle of the screen, and black around it. */
+static void test_screen(void)
+{
+    frame_t *frame;
+
+    boot();
+    REQUIRE(shown_pixel(0, 0) == 0 && shown_pixel(63, 47) == 0);
+    frame = load(1);
+    while (frame->state != FRAME_DONE) {
+        app_poll(&app);
+    }
+    /* The accelerator here finds nothing. The last row is not drawn in that turn. */
+    ((int16_t *)(void *)frame_map(frame))[40 * 19 + 39] = 240;
+    for (int turns = 0; fake_screen.shows == 0; turns++) {
+        REQUIRE(turns < 10);
+        app_poll(&app);
+    }
+    REQUIRE(shown_pixel(51, 33) == 255 && shown_pixel(51, 32) == 0 && shown_pixel(52, 33) == 0);
+}
+
 /* A frame that lacks pixels is not matched, and nobody waits for it; nor is a streamed one that has no way. */
 static void test_no_match(void)
 {
@@ -205,12 +226,14 @@ static void test_small_devices(void)
     boot();
     REQUIRE_TYPE("selftest\r", "selftest: FAILED: the device takes none of the cases\r\n");
     fake_stereo.max_width = 1024;
-    frame_memory          = FRAME_POOL_SLOTS * 4096;
+    frame_memory          = FRAME_POOL_SLOTS * 4096 + screen_bytes();
     boot();
     REQUIRE_TYPE("selftest\r", "selftest: passed, 3 frames, ");
     frame_memory = FRAME_POOL_SLOTS * 2048;
     type("");
     REQUIRE(app_init(&app) == STATUS_SIZE && strstr(out, "8192 bytes of memory are too few for frames.") != NULL);
+    /* Frames go before the screen. */
+    REQUIRE(app.screen.width == 0);
     frame_memory = 1 << 20;
 }
 
@@ -408,6 +431,7 @@ int main(void)
     test_console();
     test_bench();
     test_matcher();
+    test_screen();
     test_no_match();
     test_stop();
     test_refused_settings();

@@ -14,6 +14,7 @@ from litedram.core.controller import ControllerSettings
 
 from ...gateware.bus_register    import BusRegister
 from ...gateware.stream_register import add_register
+from ..screen_turns              import ScreenTurns
 from ..stereo_soc                import StereoSoC
 from .flash_pads                 import ECP5FlashPads
 
@@ -30,13 +31,20 @@ SDR_SETTINGS = ControllerSettings(read_time=256, write_time=128)
 FLASH_IMAGES      = 2
 FLASH_IMAGE_BYTES = 256*1024
 
+# Picture of a screen, and the clock of its pixels: monitors take it for 25.175 MHz.
+SCREEN_TIMINGS = "640x480@60Hz"
+PIXEL_DOMAIN   = "hdmi"
+PIXEL_HZ       = 25000000
+# Bytes between memory and screen: 20 us of a picture; `ScreenTurns` says when it is filled.
+SCREEN_FIFO_BYTES = 512
+
 # Board SoC ----------------------------------------------------------------------------------------
 
 class BoardSoC(StereoSoC):
     """What the SoCs of all boards share: a boot program in ROM instead of LiteX's BIOS, and the flash that it reads.
 
-    A target says what differs by class attributes and by overriding `make_platform`, `add_clocking`, `make_memory_phy`
-    and `make_ethernet_phy`.
+    A target says what differs by class attributes and by overriding `make_platform`, `add_clocking`, `make_memory_phy`,
+    `make_ethernet_phy` and `make_video_phy`.
 
     Parameters
     ----------
@@ -84,6 +92,7 @@ class BoardSoC(StereoSoC):
             features       = preset.features,
             burst_bytes    = preset.burst_bytes,
             **soc_kwargs)
+        self.add_screen()
         self.add_bus_registers()
         if self.pipelined:
             self.add_memory_registers()
@@ -116,6 +125,26 @@ class BoardSoC(StereoSoC):
                 with_icmp   = self.preset.with_icmp,
                 pipelined   = self.pipelined,
             )
+
+    def add_screen(self):
+        """The frame buffer of a screen, if the board has one: grey, a byte per pixel; the firmware says where."""
+        phy = self.make_video_phy()
+        if phy is not None:
+            self.videophy = phy
+            # LiteX would give it a region of its own otherwise, in the midst of the main memory.
+            self.mem_map = {**self.mem_map, "video_framebuffer": self.mem_map["main_ram"]}
+            self.add_video_framebuffer(
+                phy          = phy,
+                timings      = SCREEN_TIMINGS,
+                clock_domain = PIXEL_DOMAIN,
+                format       = "mono8",
+                fifo_depth   = SCREEN_FIFO_BYTES,
+            )
+            dma     = self.video_framebuffer.dma
+            masters = self.sdram.crossbar.masters
+            self.screen_turns = ScreenTurns(dma, SCREEN_FIFO_BYTES*8//dma.port.data_width)
+            for number, port in enumerate(masters):
+                masters[number] = self.screen_turns.add_gate(port, is_screen=port is dma.port)
 
     def add_bus_registers(self):
         """A register between the bus and each port of the CPU."""
@@ -159,6 +188,9 @@ class BoardSoC(StereoSoC):
 
     def make_ethernet_phy(self):
         """LiteEth PHY, 8 bits wide; None, as here, if the board has no Ethernet."""
+
+    def make_video_phy(self):
+        """LiteX video PHY for `SCREEN_TIMINGS` in the domain `PIXEL_DOMAIN`; None, as here, if the board has no screen."""
 
     def make_flash_pads(self):
         """Pads of the flash as `SPIMaster` wants them, a module."""

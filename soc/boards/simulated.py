@@ -20,19 +20,19 @@ from litedram.phy.model import SDRAMPHYModel
 from ..builder        import StereoBuilder
 from ..ethernet_model import EthernetPHYModel
 from ..simulation     import IO, SYS_CLK_FREQ, SimulatedCRG, SimulatedSoC
+from ..video_model    import VideoPHYModel
 from .                import soc_class
-from .board_soc       import BoardSoC
+from .board_soc       import BoardSoC, PIXEL_DOMAIN, PIXEL_HZ
 from .flash_model     import FlashModel
 
 # Simulated Board ----------------------------------------------------------------------------------
 
 def simulated(board):
     """Class of the simulated SoC of a board."""
-    base = soc_class(board)
+    base       = soc_class(board)
+    has_screen = base.make_video_phy is not BoardSoC.make_video_phy
 
     class SimulatedBoard(base):
-        sim_config = staticmethod(SimulatedSoC.sim_config)
-
         def __init__(self):
             base.__init__(self, base.preset, SimPlatform("SIM", IO), SYS_CLK_FREQ, uart_name="sim")
             self.comb += self.platform.trace.eq(0)
@@ -49,9 +49,22 @@ def simulated(board):
             pads = self.platform.request("eth_clk"), self.platform.request("eth")
             return EthernetPHYModel(*pads) if base.make_ethernet_phy is not BoardSoC.make_ethernet_phy else None
 
+        def make_video_phy(self):
+            # As many clocks to a pixel as on the board, for the frame buffer to ask the memory for as much.
+            return VideoPHYModel(self.platform.request("video"), PIXEL_DOMAIN,
+                round(self.preset.sys_clk_freq/PIXEL_HZ)) if has_screen else None
+
         def make_flash_pads(self):
             # A reset of the SoC is none of the flash.
             return ClockDomainsRenamer("por")(FlashModel(self.flash_images*self.flash_image_bytes))
+
+        @staticmethod
+        def sim_config():
+            """As of the other simulated SoCs; with a screen, what it shows goes to a file."""
+            config = SimulatedSoC.sim_config()
+            if has_screen:
+                config.add_module("video2file", "video")
+            return config
 
     return SimulatedBoard
 
@@ -67,7 +80,7 @@ def build(board, output_dir, modules_dir):
         run             = False,
         sim_config      = soc.sim_config(),
         interactive     = False,
-        extra_mods      = ["serial2socket", "ethernet2socket"],
+        extra_mods      = ["serial2socket", "ethernet2socket", "video2file"],
         extra_mods_path = modules_copy,
         opt_level       = "O3",
     )

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Radiona ULX3S with an LFE5U-85F: 32 MB of SDRAM at 16 bits, and a serial line over USB."""
+"""Radiona ULX3S with an LFE5U-85F: 32 MB of SDRAM at 16 bits, a serial line over USB, HDMI."""
 
 import sys
 
@@ -13,13 +13,14 @@ from litex.gen import *
 
 from litex.build.io        import DDROutput
 from litex.soc.cores.clock import ECP5PLL
+from litex.soc.cores.video import VideoHDMIPHY
 
 from litedram.modules import AS4C32M16
 from litedram.phy     import GENSDRPHY
 
 from litex_boards.platforms.radiona_ulx3s import Platform
 
-from .board_soc import BoardSoC, SDR_SETTINGS
+from .board_soc import BoardSoC, PIXEL_DOMAIN, PIXEL_HZ, SDR_SETTINGS
 from .preset    import Preset
 from .target    import main
 
@@ -30,14 +31,24 @@ class ULX3SCRG(LiteXModule):
         self.rst       = Signal() # From the SoC's reset register.
         self.cd_sys    = ClockDomain()
         self.cd_sys_ps = ClockDomain()
+        self.cd_hdmi   = ClockDomain() # Of pixels,
+        self.cd_hdmi5x = ClockDomain() # and of their bits, two a clock.
 
         # # #
 
+        clk25 = platform.request("clk25")
+        rst   = platform.request("rst")
         self.pll = pll = ECP5PLL()
-        self.comb += pll.reset.eq(platform.request("rst") | self.rst)
-        pll.register_clkin(platform.request("clk25"), 25e6)
+        self.comb += pll.reset.eq(rst | self.rst)
+        pll.register_clkin(clk25, 25e6)
         pll.create_clkout(self.cd_sys,    sys_clk_freq)
         pll.create_clkout(self.cd_sys_ps, sys_clk_freq, phase=90)
+        # A PLL of its own: the clocks of system and memory are as they are without a screen.
+        self.video_pll = video_pll = ECP5PLL()
+        self.comb += video_pll.reset.eq(rst | self.rst)
+        video_pll.register_clkin(clk25, 25e6)
+        video_pll.create_clkout(self.cd_hdmi,   PIXEL_HZ,   margin=0)
+        video_pll.create_clkout(self.cd_hdmi5x, 5*PIXEL_HZ, margin=0)
         self.specials += DDROutput(1, 0, platform.request("sdram_clock"), ClockSignal("sys_ps"))
         # Low, this pin switches the board off.
         self.comb += platform.request("wifi_gpio0").eq(1)
@@ -69,6 +80,9 @@ class ULX3S(BoardSoC):
     def make_memory_phy(self, module):
         self.sdrphy = GENSDRPHY(self.platform.request("sdram"), self.sys_clk_freq)
         return self.sdrphy
+
+    def make_video_phy(self):
+        return VideoHDMIPHY(self.platform.request("gpdi"), clock_domain=PIXEL_DOMAIN)
 
 if __name__ == "__main__":
     sys.exit(main("ulx3s"))

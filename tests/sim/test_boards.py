@@ -3,12 +3,13 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Each board's own SoC in litex_sim: it boots from its flash, passes its self test, matches a real pair, and takes
-another firmware over its link."""
+"""Each board's own SoC in litex_sim: it boots from its flash, passes its self test, matches a real pair, shows its map
+if there is a screen, and takes another firmware over its link."""
 
 from __future__ import annotations
 
 import os
+import time
 
 import numpy as np
 import pytest
@@ -21,6 +22,7 @@ from litestereo.soc.boards import BOARDS, soc_class
 from litestereo.soc.boards.board_sources import flash_image
 from support.data import stereo_pair
 from support.expected import expected_map
+from support.screen import CLOCKS, LINES, expected_picture, shown_picture
 
 pytestmark = pytest.mark.system
 
@@ -29,6 +31,10 @@ CHOSEN = os.environ.get("LITESTEREO_BOARDS", "colorlight_i5").split()
 
 #: Boards with Ethernet: it is faster than the serial line. LiteDRAM's models of DDR2 and DDR3 answer without training.
 ETHERNET = ("colorlight_i5", "colorlight_i9", "ecpix5", "arty")
+
+
+#: Boards with a screen.
+SCREENS = ("ulx3s",)
 
 
 def require_chosen(board):
@@ -40,6 +46,30 @@ def url_of(board, simulation):
     """The board's faster link."""
     return f"udp://127.0.0.1:{simulation.udp_port}" if board in ETHERNET else \
         f"tcp://127.0.0.1:{simulation.port}"
+
+
+def assert_shows(simulation, disparity, settings, limit_s=600):
+    """The screen is black, or shows the map, or in one picture some of both; none has waited for the memory."""
+    path     = simulation.folder / "screen.ppm"
+    expected = expected_picture(disparity, settings.disparities)
+    deadline = time.monotonic() + limit_s
+    mixed    = set()
+    while True:
+        shown = shown_picture(path)
+        assert (shown.rgb.shape, shown.lines) == ((480, 640, 3), LINES)
+        # The first picture is not a whole number of lines after power-up.
+        assert shown.clocks == CLOCKS or shown.number == 1
+        assert (shown.rgb == shown.rgb[..., :1]).all()
+        picture = shown.rgb[..., 0]
+        if np.array_equal(picture, expected):
+            break
+        assert ((picture == expected) | (picture == 0)).all()
+        if picture.any():
+            mixed.add(shown.number)
+        assert len(mixed) <= 1
+        assert time.monotonic() < deadline
+        time.sleep(0.5)
+    assert "[video2file]" not in simulation.log()
 
 
 @pytest.mark.parametrize("board", BOARDS)
@@ -59,6 +89,8 @@ def test_board(board):
             assert "selftest: passed" in device.console("selftest", 900)
         with connect(url) as device:
             result = device.compute(left, right, settings)
+        if board in SCREENS:
+            assert_shows(simulation, result.disparity, settings)
     assert np.array_equal(result.disparity, expected_map(left, right, settings))
 
 

@@ -20,6 +20,9 @@
 #ifndef WITHOUT_FLASH
 #define CSR_FLASH_BASE  0xf0005000L
 #endif
+#ifndef WITHOUT_SCREEN
+#define CSR_VIDEO_FRAMEBUFFER_BASE 0xf0006000L
+#endif
 #define CSR_TIMER0_UPTIME_CYCLES_ADDR 0xf0003000L
 
 void stereo_left_base_write(uint32_t value);
@@ -121,6 +124,8 @@ void     watchdog0_ev_enable_write(uint32_t value);
 void     ctrl_reset_write(uint32_t value);
 #endif
 
+void     video_framebuffer_dma_base_write(uint32_t value);
+void     video_framebuffer_dma_enable_write(uint32_t value);
 void     flash_w_write(uint32_t value);
 uint32_t flash_r_read(void);
 uint32_t uart_rxtx_read(void);

@@ -1,0 +1,206 @@
+/*
+ * This file is part of LiteStereo.
+ *
+ * SPDX-License-Identifier: BSD-2-Clause
+ */
+
+/* Which maps get to the screen: whole ones, the newest, each once; no frame is held up, and none that is gone is shown. */
+
+#include "litestereo/map_view.h"
+
+#include <string.h>
+
+#include "fake_screen.h"
+#include "generated/soc.h"
+#include "litestereo/platform.h"
+#include "require.h"
+
+/* As large as the screen, for a picture to take as many turns as it can. */
+enum { WIDTH = VIDEO_FRAMEBUFFER_HRES, HEIGHT = VIDEO_FRAMEBUFFER_VRES, SLOTS = 3 };
+/* Of it in a turn: see map_view.c. */
+enum { ROWS_PER_TURN = 640 / WIDTH, TURNS = (HEIGHT + ROWS_PER_TURN - 1) / ROWS_PER_TURN };
+
+static _Alignas(64) uint8_t memory[SLOTS * 65536];
+static _Alignas(64) uint8_t pictures[2 * WIDTH * HEIGHT];
+static frame_pool_t pool;
+static screen_t     screen;
+static map_view_t   view;
+
+void memory_to_device(void) {}
+
+static void set_up(void)
+{
+    fake_screen = (fake_screen_t){0};
+    REQUIRE(frame_pool_init(&pool, memory, sizeof(memory), SLOTS) == STATUS_OK);
+    REQUIRE(screen_init(&screen, pictures) == STATUS_OK);
+    map_view_init(&view, &screen, &pool);
+}
+
+static frame_t *open_frame(uint32_t id, uint16_t width)
+{
+    stereo_settings_t settings = {.width = width, .height = HEIGHT, .disparities = 16};
+    frame_t          *frame;
+
+    REQUIRE(frame_pool_open(&pool, FRAME_OWNER_LINK, id, &settings, &frame) == STATUS_OK);
+    return frame;
+}
+
+/* Has a frame matched, all of whose pixels have that grey value; with error ERROR_NONE it is done. */
+static void match(frame_t *frame, uint8_t grey, uint16_t error)
+{
+    REQUIRE(frame_fill(frame) == STATUS_OK && frame_pool_start(&pool, frame) == STATUS_OK);
+    REQUIRE(frame_pool_begin(&pool, frame) == STATUS_OK);
+    for (uint32_t i = 0; i < frame_pixels(frame); i++) {
+        ((int16_t *)(void *)frame_map(frame))[i] = (int16_t)((grey * 240 + 127) / 255);
+    }
+    REQUIRE(frame_finish(frame, &(frame_result_t){.error = error}) == STATUS_OK);
+}
+
+static frame_t *make(uint32_t id, uint8_t grey)
+{
+    frame_t *frame = open_frame(id, WIDTH);
+
+    match(frame, grey, ERROR_NONE);
+    return frame;
+}
+
+static void require_shown(uint8_t grey)
+{
+    for (unsigned row = 0; row < HEIGHT; row++) {
+        for (unsigned column = 0; column < WIDTH; column++) {
+            REQUIRE(shown_pixel(column, row) == grey);
+        }
+    }
+}
+
+static void poll(unsigned turns)
+{
+    while (turns-- > 0) {
+        map_view_poll(&view);
+    }
+}
+
+static void test_a_frame(void)
+{
+    set_up();
+    poll(3);
+    REQUIRE(fake_screen.shows == 0);
+    make(1, 200);
+    poll(TURNS - 1);
+    REQUIRE(fake_screen.shows == 0);
+    require_shown(0);
+    poll(1);
+    REQUIRE(fake_screen.shows == 1);
+    require_shown(200);
+    /* Once. */
+    poll(3 * TURNS);
+    REQUIRE(fake_screen.shows == 1);
+}
+
+static void test_the_newest(void)
+{
+    set_up();
+    make(1, 10);
+    make(2, 20);
+    make(3, 30);
+    poll(1);
+    REQUIRE(frame_release(frame_pool_find(&pool, FRAME_OWNER_LINK, 1)) == STATUS_OK);
+    make(4, 40);
+    /* What has been begun comes to its end, then the newest, and the older ones never. */
+    poll(TURNS - 1);
+    require_shown(30);
+    poll(TURNS);
+    require_shown(40);
+    poll(3 * TURNS);
+    REQUIRE(fake_screen.shows == 2);
+    require_shown(40);
+}
+
+/* The count of frames wraps around. */
+static void test_wrap(void)
+{
+    set_up();
+    pool.next_order = UINT32_MAX - 1;
+    map_view_init(&view, &screen, &pool);
+    for (uint8_t i = 1; i < 6; i++) {
+        frame_t *frame = make(i, i);
+
+        poll(TURNS);
+        require_shown(i);
+        REQUIRE(frame_release(frame) == STATUS_OK);
+    }
+    REQUIRE(fake_screen.shows == 5);
+}
+
+static void test_failed(void)
+{
+    set_up();
+    match(open_frame(1, WIDTH), 100, ERROR_MATCHER);
+    poll(2 * TURNS);
+    REQUIRE(fake_screen.shows == 0);
+}
+
+/* A released map is still drawn, with its own settings, while the slot gets images of the same size. */
+static void test_released(void)
+{
+    frame_t *frame;
+
+    set_up();
+    frame = make(1, 100);
+    poll(1);
+    REQUIRE(frame_release(frame) == STATUS_OK);
+    poll(1);
+    REQUIRE(open_frame(2, WIDTH) == frame);
+    frame->settings.disparities = 64;
+    memset(frame_left(frame), 0xff, 2 * frame->pitch);
+    poll(TURNS - 2);
+    REQUIRE(fake_screen.shows == 1);
+    require_shown(100);
+}
+
+/* Not when the matcher may write to it, or when other images take its place. */
+static void test_gone(void)
+{
+    frame_t *frame;
+
+    set_up();
+    frame = make(1, 100);
+    poll(1);
+    REQUIRE(frame_release(frame) == STATUS_OK && open_frame(2, WIDTH) == frame);
+    REQUIRE(frame_fill(frame) == STATUS_OK && frame_pool_start(&pool, frame) == STATUS_OK);
+    poll(2 * TURNS);
+    REQUIRE(fake_screen.shows == 0);
+    REQUIRE(frame_pool_begin(&pool, frame) == STATUS_OK);
+    REQUIRE(frame_finish(frame, &(frame_result_t){0}) == STATUS_OK);
+    poll(TURNS);
+    REQUIRE(fake_screen.shows == 1);
+
+    make(3, 50);
+    frame = frame_pool_find(&pool, FRAME_OWNER_LINK, 3);
+    poll(1);
+    REQUIRE(frame_release(frame) == STATUS_OK && open_frame(4, 2 * WIDTH) == frame);
+    poll(2 * TURNS);
+    REQUIRE(fake_screen.shows == 1);
+    require_shown(100);
+}
+
+static void test_no_screen(void)
+{
+    set_up();
+    screen.width = 0;
+    make(1, 100);
+    poll(2 * TURNS);
+    REQUIRE(fake_screen.shows == 0 && view.frame == NULL);
+}
+
+int main(void)
+{
+    test_a_frame();
+    test_the_newest();
+    test_wrap();
+    test_failed();
+    test_released();
+    test_gone();
+    test_no_screen();
+    return 0;
+}

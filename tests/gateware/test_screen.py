@@ -1,0 +1,152 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""The boards' frame buffer, from memory to the pins of the simulated PHY: a small screen that shows a drawn map, pixel
+by pixel, from a memory that is as slow as a busy one."""
+
+import numpy as np
+import pytest
+from litedram.common import LiteDRAMNativePort
+from litex.gen import LiteXModule
+from litex.soc.cores.video import VideoFrameBuffer, VideoTimingGenerator
+from migen import ClockDomainsRenamer, Record
+
+from litestereo.sim.pin_core import PinCore
+from litestereo.soc.boards.board_soc import PIXEL_DOMAIN, SCREEN_FIFO_BYTES
+from litestereo.soc.screen_turns import ScreenTurns
+from litestereo.soc.video_model import VideoPHYModel
+from support.firmware_build import build_tests
+from support.pairs import generator
+from support.screen import drawn_picture, expected_picture
+
+WIDTH, HEIGHT = 64, 12
+TIMINGS = {"pix_clk": 25e6, "h_active": WIDTH, "h_blanking": 20, "h_sync_offset": 4, "h_sync_width": 8,
+           "v_active": HEIGHT, "v_blanking": 5, "v_sync_offset": 1, "v_sync_width": 2}
+CLOCKS_PER_PIXEL = 3
+PICTURE_CLOCKS   = (WIDTH + 20)*(HEIGHT + 5)
+PADS = [("clk", 1), ("de", 1), ("hsync", 1), ("vsync", 1), ("r", 8), ("g", 8), ("b", 8)]
+
+
+@pytest.fixture(scope="module")
+def programs():
+    """Directory of the firmware's test programs, compiled for this computer."""
+    return build_tests()
+
+
+class Chain(LiteXModule):
+    """What BoardSoC.add_screen puts together, at a port of the memory, beside that of another who always wants to read;
+    the registers are Signals here."""
+    def __init__(self):
+        port  = LiteDRAMNativePort("read", address_width=20, data_width=16)
+        other = LiteDRAMNativePort("read", address_width=20, data_width=16)
+        self.pads = Record(PADS)
+        self.phy  = VideoPHYModel(self.pads, PIXEL_DOMAIN, CLOCKS_PER_PIXEL)
+        self.vtg  = ClockDomainsRenamer(PIXEL_DOMAIN)(VideoTimingGenerator(TIMINGS))
+        self.vfb  = VideoFrameBuffer(port, WIDTH, HEIGHT, fifo_depth=SCREEN_FIFO_BYTES, clock_domain=PIXEL_DOMAIN,
+                                     format="mono8")
+        self.turns = ScreenTurns(self.vfb.dma, SCREEN_FIFO_BYTES//2)
+        self.port  = self.turns.add_gate(port, is_screen=True)
+        self.other = self.turns.add_gate(other, is_screen=False)
+        self.comb += [
+            self.vtg.source.connect(self.vfb.vtg_sink),
+            self.vfb.source.connect(self.phy.sink),
+            other.cmd.valid.eq(1),
+        ]
+
+
+class Screen:
+    """The chain in Verilator, with a memory in Python that serves the other one first, and a monitor at its pins.
+
+    Parameters
+    ----------
+    pictures
+        Pictures in memory by their addresses in bytes, uint8.
+    away
+        Clocks for which the memory serves nobody after each `burst` of words, as when it refreshes itself or writes.
+    """
+    def __init__(self, pictures, away, burst=64):
+        chain     = Chain()
+        port, dma = chain.port, chain.vfb.dma
+        registers = {"base": dma._base.storage, "enable": dma._enable.storage}
+        self.core = PinCore(chain,
+            {"cmd_ready": port.cmd.ready, "rdata_valid": port.rdata.valid, "rdata": port.rdata.data, **registers},
+            {"other": chain.other.cmd.valid, "cmd_valid": port.cmd.valid, "addr": port.cmd.addr, "we": port.cmd.we,
+             **{name: getattr(chain.pads, name) for name, _ in PADS}})
+        self.words    = {base//2 + index: int(word) for base, picture in pictures.items()
+                         for index, word in enumerate(picture.reshape(-1).view("<u2"))}
+        self.away, self.burst = away, burst
+        self.served, self.others, self.until, self.time = 0, 0, 0, 0
+        self.coming   = []
+        self.was_clk  = 0
+        self.core.set(base=0, enable=0, cmd_ready=0, rdata_valid=0)
+
+    def clock(self):
+        """A clock of the system; returns what a monitor takes, if it is one of the pixels' as well."""
+        core = self.core
+        data = self.coming.pop(0)[1] if self.coming and self.coming[0][0] <= self.time else None
+        core.set(rdata_valid=data is not None, rdata=data or 0)
+        ready = self.time >= self.until and not core.get("other")
+        core.set(cmd_ready=ready)
+        self.others += core.get("other")
+        if ready and core.get("cmd_valid"):
+            assert not core.get("we")
+            self.coming.append((self.time + 6, self.words[core.get("addr")]))
+            self.served += 1
+            if self.served % self.burst == 0:
+                self.until = self.time + self.away
+        core.clock()
+        self.time += 1
+        clk, self.was_clk, before = core.get("clk"), core.get("clk"), self.was_clk
+        return {name: core.get(name) for name, _ in PADS} if clk and not before else None
+
+    def picture(self, limit=3*PICTURE_CLOCKS):
+        """The next whole picture, a list for each row, and its clocks from one vertical sync to the next."""
+        syncs, was_vsync, was_de, rows, clocks = 0, 1, 0, [], 0
+        for _ in range(CLOCKS_PER_PIXEL*limit):
+            pins = self.clock()
+            if pins is None:
+                continue
+            if pins["vsync"] and not was_vsync:
+                syncs += 1
+                if syncs == 2:
+                    return rows, clocks
+            clocks += syncs
+            if syncs and pins["de"]:
+                assert pins["r"] == pins["g"] == pins["b"]
+                if not was_de:
+                    rows.append([])
+                rows[-1].append(pins["r"])
+            was_vsync, was_de = pins["vsync"], pins["de"]
+        raise AssertionError("no picture")
+
+
+@pytest.mark.parametrize("away", [0, 100])
+def test_shows_the_map(programs, away):
+    """The map, each pixel, in every picture but the first, and the other map once its place is told."""
+    rng      = generator(91)
+    maps     = [(rng.integers(-1, 128, (9, 50))*16).astype(np.int16) for _ in range(2)]
+    size     = (WIDTH, HEIGHT)
+    pictures = {0x1000*(index + 1): drawn_picture(programs, one, 128, size=size) for index, one in enumerate(maps)}
+    screen   = Screen(pictures, away)
+    screen.core.set(base=0x1000, enable=1)
+    screen.picture()
+    for base, one in ((0x1000, maps[0]), (0x2000, maps[1])):
+        screen.core.set(base=base)
+        screen.picture()
+        for _ in range(2):
+            rows, clocks = screen.picture()
+            assert rows == expected_picture(one, 128, size=size).tolist()
+            assert clocks == PICTURE_CLOCKS
+    # A word of two pixels is six clocks, of which it takes one; two thirds are the other's even if the memory is away.
+    assert screen.others > screen.time*2//3
+
+
+def test_a_memory_that_is_too_slow(programs):
+    """What the test above would see: a picture that waits for its pixels is not shown in time."""
+    screen = Screen({0x1000: drawn_picture(programs, np.full((9, 50), 99, np.int16), 128, size=(WIDTH, HEIGHT))}, 2000)
+    screen.core.set(base=0x1000, enable=1)
+    rows, clocks = screen.picture(30*PICTURE_CLOCKS)
+    assert clocks > PICTURE_CLOCKS
+    assert {len(row) for row in rows} > {WIDTH}
