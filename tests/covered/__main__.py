@@ -46,7 +46,8 @@ def gateware_part(lines: dict[str, gateware.Core], bits: dict[str, gateware.Core
             f"{share(bits[name].toggles) if name in bits else ''} |" for name, core in sorted(lines.items())]
     return ["## Gateware", "",
             "Verilator counts, in the Verilog of each core that a test simulates alone: the matcher has its parts. A "
-            "line is the same line in all models of a core, which differ by their parameters. Bits are those that went "
+            "line is the same line in all models of a core, which differ by their parameters. What is under a signal "
+            "that nothing drives is not counted: synthesis leaves nothing of it. Bits are those that went "
             f"up and those that went down, in {', '.join(TOGGLE_TESTS)} alone.", "",
             "| core | models | lines | run | branches | bits |", "| --- | --- | --- | --- | --- | --- |", *rows, "",
             f"All lines: {gateware.percent(lines):.1f} % (floor: {gateware.LINES_FLOOR:g} %).", ""]

@@ -58,11 +58,40 @@ def _numbers(spans: str) -> list[int]:
     return [line for end in ends for line in range(end[0], end[-1] + 1)]
 
 
+def _source(model: str) -> str:
+    return (build_directory() / "cosim" / model / "core.v").read_text()
+
+
+def dead_lines(source: str) -> set[int]:
+    """Numbers of the lines under a signal that nothing drives, counted from 1.
+
+    A core's own reset, where it is a part of another one whose reset includes it; an option of a FIFO that nobody uses.
+    Synthesis leaves nothing of that.
+    """
+    driven = set(re.findall(r"\b(\w+)(?:\[[^]]*\])? <= ", source)) | set(re.findall(r"assign (\w+)", source))
+    never  = set(re.findall(r"^reg\s+(\w+) = 1'd0;", source, re.MULTILINE)) - driven
+    dead: set[int] = set()
+    end = None
+    for number, line in enumerate(source.splitlines(), 1):
+        begin = re.fullmatch(r"( *)if \((\w+)\) begin", line)
+        if end is None and begin and begin[2] in never:
+            end = begin[1] + "end"
+        if end is not None:
+            dead.add(number)
+            end = None if line == end else end
+    return dead
+
+
+@functools.cache
+def _dead(model: str) -> set[int]:
+    return dead_lines(_source(model))
+
+
 @functools.cache
 def _verilog(model: str) -> list[Line]:
     seen: Counter[str] = Counter()
     lines  = []
-    source = (build_directory() / "cosim" / model / "core.v").read_text()
+    source = _source(model)
     # Widths are parameters: `4'd0` and `5'd0` are the same 0.
     for text in map(str.strip, re.sub(r"\b\d+'", "'", source).splitlines()):
         lines.append(Line(text, seen[text]))
@@ -76,6 +105,7 @@ def read(folder: Path) -> dict[str, Core]:
     for path in sorted(folder.glob("*/*/*.dat")):
         core  = cores.setdefault(path.parts[-3], Core(path.parts[-3]))
         lines = _verilog(path.parts[-2])
+        dead  = _dead(path.parts[-2])
         core.models.add(path.parts[-2])
         for text in path.read_text().splitlines():
             if not text.startswith("C "):
@@ -84,11 +114,14 @@ def read(folder: Path) -> dict[str, Core]:
             if point["page"].startswith("v_toggle"):
                 core.toggles[point["o"]] += count
                 continue
+            if int(point["l"]) in dead:
+                continue
             if point["page"].startswith("v_branch"):
                 core.branches[lines[int(point["l"]) - 1], point["o"]] += count
             # An else that is not written has no lines.
             for number in _numbers(point.get("S", "")):
-                core.lines[lines[number - 1]] += count
+                if number not in dead:
+                    core.lines[lines[number - 1]] += count
     return cores
 
 
