@@ -13,6 +13,7 @@ from litedram.common          import LiteDRAMNativePort
 from litedram.core.controller import ControllerSettings
 
 from ...gateware.bus_register    import BusRegister
+from ...gateware.parameters      import check
 from ...gateware.stream_register import add_register
 from ..screen_turns              import ScreenTurns
 from ..stereo_soc                import StereoSoC
@@ -127,9 +128,10 @@ class BoardSoC(StereoSoC):
             )
 
     def add_screen(self):
-        """The frame buffer of a screen, if the board has one: grey, a byte per pixel; the firmware says where."""
-        phy = self.make_video_phy()
-        if phy is not None:
+        """The frame buffer of a screen, if the preset has one: grey, a byte per pixel; the firmware says where."""
+        if self.preset.with_screen:
+            phy = self.make_video_phy()
+            check(phy is not None, f"the {self.board_name} has no connector for a screen: leave out with_screen.")
             self.videophy = phy
             # LiteX would give it a region of its own otherwise, in the midst of the main memory.
             self.mem_map = {**self.mem_map, "video_framebuffer": self.mem_map["main_ram"]}

@@ -29,8 +29,7 @@ from .flash_model     import FlashModel
 
 def simulated(board):
     """Class of the simulated SoC of a board."""
-    base       = soc_class(board)
-    has_screen = base.make_video_phy is not BoardSoC.make_video_phy
+    base = soc_class(board)
 
     class SimulatedBoard(base):
         def __init__(self):
@@ -52,7 +51,7 @@ def simulated(board):
         def make_video_phy(self):
             # As many clocks to a pixel as on the board, for the frame buffer to ask the memory for as much.
             return VideoPHYModel(self.platform.request("video"), PIXEL_DOMAIN,
-                round(self.preset.sys_clk_freq/PIXEL_HZ)) if has_screen else None
+                round(self.preset.sys_clk_freq/PIXEL_HZ))
 
         def make_flash_pads(self):
             # A reset of the SoC is none of the flash.
@@ -62,7 +61,7 @@ def simulated(board):
         def sim_config():
             """As of the other simulated SoCs; with a screen, what it shows goes to a file."""
             config = SimulatedSoC.sim_config()
-            if has_screen:
+            if base.preset.with_screen:
                 config.add_module("video2file", "video")
             return config
 

@@ -27,31 +27,35 @@ from .target    import main
 # Clocks -------------------------------------------------------------------------------------------
 
 class ULX3SCRG(LiteXModule):
-    def __init__(self, platform, sys_clk_freq):
+    def __init__(self, platform, sys_clk_freq, with_screen):
         self.rst       = Signal() # From the SoC's reset register.
         self.cd_sys    = ClockDomain()
         self.cd_sys_ps = ClockDomain()
-        self.cd_hdmi   = ClockDomain() # Of pixels,
-        self.cd_hdmi5x = ClockDomain() # and of their bits, two a clock.
 
         # # #
 
-        clk25 = platform.request("clk25")
         rst   = platform.request("rst")
+        clk25 = platform.request("clk25")
         self.pll = pll = ECP5PLL()
         self.comb += pll.reset.eq(rst | self.rst)
         pll.register_clkin(clk25, 25e6)
         pll.create_clkout(self.cd_sys,    sys_clk_freq)
         pll.create_clkout(self.cd_sys_ps, sys_clk_freq, phase=90)
-        # A PLL of its own: the clocks of system and memory are as they are without a screen.
+        if with_screen:
+            self.add_video(clk25, rst)
+        self.specials += DDROutput(1, 0, platform.request("sdram_clock"), ClockSignal("sys_ps"))
+        # Low, this pin switches the board off.
+        self.comb += platform.request("wifi_gpio0").eq(1)
+
+    def add_video(self, clk25, rst):
+        """A PLL of its own: the clocks of system and memory are as they are without a screen."""
+        self.cd_hdmi   = ClockDomain() # Of pixels,
+        self.cd_hdmi5x = ClockDomain() # and of their bits, two a clock.
         self.video_pll = video_pll = ECP5PLL()
         self.comb += video_pll.reset.eq(rst | self.rst)
         video_pll.register_clkin(clk25, 25e6)
         video_pll.create_clkout(self.cd_hdmi,   PIXEL_HZ,   margin=0)
         video_pll.create_clkout(self.cd_hdmi5x, 5*PIXEL_HZ, margin=0)
-        self.specials += DDROutput(1, 0, platform.request("sdram_clock"), ClockSignal("sys_ps"))
-        # Low, this pin switches the board off.
-        self.comb += platform.request("wifi_gpio0").eq(1)
 
 # SoC ----------------------------------------------------------------------------------------------
 
@@ -75,7 +79,7 @@ class ULX3S(BoardSoC):
         return Platform(device="LFE5U-85F")
 
     def add_clocking(self, platform, sys_clk_freq):
-        self.crg = ULX3SCRG(platform, sys_clk_freq)
+        self.crg = ULX3SCRG(platform, sys_clk_freq, self.preset.with_screen)
 
     def make_memory_phy(self, module):
         self.sdrphy = GENSDRPHY(self.platform.request("sdram"), self.sys_clk_freq)

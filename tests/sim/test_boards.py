@@ -33,10 +33,6 @@ CHOSEN = os.environ.get("LITESTEREO_BOARDS", "colorlight_i5").split()
 ETHERNET = ("colorlight_i5", "colorlight_i9", "ecpix5", "arty")
 
 
-#: Boards with a screen.
-SCREENS = ("ulx3s",)
-
-
 def require_chosen(board):
     if board not in CHOSEN:
         pytest.skip(f"not in LITESTEREO_BOARDS: {' '.join(CHOSEN)}")
@@ -89,7 +85,7 @@ def test_board(board):
             assert "selftest: passed" in device.console("selftest", 900)
         with connect(url) as device:
             result = device.compute(left, right, settings)
-        if board in SCREENS:
+        if soc_class(board).preset.with_screen:
             assert_shows(simulation, result.disparity, settings)
     assert np.array_equal(result.disparity, expected_map(left, right, settings))
 
