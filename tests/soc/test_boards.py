@@ -42,7 +42,6 @@ def built(board, achieved=61.0, key="key"):
 def assert_pins_are_driven_once(verilog):
     """A pin of both directions has no driver besides its tristate ones: an `always` would drive all of its bits."""
     pins = re.findall(r"^\s*inout\s+wire\s+(?:\[\d+:0\]\s+)?(\w+)", verilog, re.MULTILINE)
-    assert pins
     for pin in pins:
         assert not re.search(rf"\b{pin}(\[[\d:]+\])?\s*<=", verilog), pin
 
@@ -79,7 +78,9 @@ def test_vendor_sources(board, monkeypatch, tmp_path):
     gateware = folder / "gateware"
     script, constraints = ((gateware / name).read_text() for name in VENDOR_FILES[board])
     assert str(made.folder) not in script
-    assert_pins_are_driven_once((gateware / "top.v").read_text())
+    verilog = (gateware / "top.v").read_text()
+    assert "inout" in verilog
+    assert_pins_are_driven_once(verilog)
     for name in ("top.v", "VexRiscv_Lite.v"):
         assert name in script
         assert (gateware / name).is_file()
