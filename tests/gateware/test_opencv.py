@@ -26,7 +26,10 @@ PARTS    = 4
 @pytest.fixture(scope="module")
 def matcher():
     """Wide enough for all pairs."""
-    matcher = CosimMatcher(1300, 64, 21)
+    # Counting the lines takes as long again, and other tests run the same ones.
+    with pytest.MonkeyPatch.context() as patch:
+        patch.delenv("LITESTEREO_COVERAGE", raising=False)
+        matcher = CosimMatcher(1300, 64, 21)
     yield matcher
     matcher.close()
 
