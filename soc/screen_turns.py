@@ -7,7 +7,11 @@ from migen import *
 
 from litex.gen import *
 
+from litex.soc.interconnect import stream
+
 from litedram.common import LiteDRAMNativePort
+
+from ..gateware.stream_register import add_register
 
 # Screen Turns -------------------------------------------------------------------------------------
 
@@ -53,10 +57,15 @@ class ScreenTurns(LiteXModule):
         """Returns a port for the crossbar whose commands are those of `port` when it is its turn."""
         gated = LiteDRAMNativePort(port.mode, port.address_width, port.data_width, id=port.id)
         turn  = self.turn if is_screen else ~self.turn
+        cmd   = gated.cmd
+        if is_screen:
+            # The reader compares its offset and waits for the memory in one clock: let it not wait for what is far.
+            cmd = stream.Endpoint(gated.cmd.description)
+            add_register(self, cmd, gated.cmd)
         self.comb += [
-            port.cmd.connect(gated.cmd, omit={"valid", "ready"}),
-            gated.cmd.valid.eq(port.cmd.valid & turn),
-            port.cmd.ready.eq(gated.cmd.ready & turn),
+            port.cmd.connect(cmd, omit={"valid", "ready"}),
+            cmd.valid.eq(port.cmd.valid & turn),
+            port.cmd.ready.eq(cmd.ready & turn),
             port.wdata.connect(gated.wdata),
             gated.rdata.connect(port.rdata),
             gated.flush.eq(port.flush),

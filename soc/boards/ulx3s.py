@@ -13,13 +13,13 @@ from litex.gen import *
 
 from litex.build.io        import DDROutput
 from litex.soc.cores.clock import ECP5PLL
-from litex.soc.cores.video import VideoHDMIPHY
 
 from litedram.modules import AS4C32M16
 from litedram.phy     import GENSDRPHY
 
 from litex_boards.platforms.radiona_ulx3s import Platform
 
+from ..hdmi_phy import HDMIPHY
 from .board_soc import BoardSoC, PIXEL_DOMAIN, PIXEL_HZ, SDR_SETTINGS
 from .preset    import Preset
 from .target    import main
@@ -86,7 +86,7 @@ class ULX3S(BoardSoC):
         return self.sdrphy
 
     def make_video_phy(self):
-        return VideoHDMIPHY(self.platform.request("gpdi"), clock_domain=PIXEL_DOMAIN)
+        return HDMIPHY(self.platform.request("gpdi"), PIXEL_DOMAIN)
 
 if __name__ == "__main__":
     sys.exit(main("ulx3s"))
