@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from .crossing import crossing
 from .line_buffer import line_buffer
 from .map_parts import map_parts
+from .matcher import matcher
 from .message_buffer import message_buffer
 from .message_framer import message_framer
 from .message_sorter import message_sorter
@@ -53,6 +54,7 @@ TASKS = [
     Task("Median", median, 8, 8, 30),
     Task("StereoPeripheral", peripheral, 6, 2, 30),
     Task("Raster", raster, 6, 2, 18),
+    Task("Matcher, winners' FIFO", matcher, 8, 6, 36),
     Task("add_register", register, 8, 1, 12),
     Task("Crossing", crossing, 12, 1, 24),
     Task("MessageArbiter", arbiter, 8, 1, 12),

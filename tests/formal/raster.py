@@ -33,6 +33,7 @@ def raster(make=Raster) -> Proof:
     width, height = values["width"], values["height"]
     proof.assume("width and height are legal", (width >= 2) & (width <= SMALL.max_width) & (height >= 2)
                  & (height <= SMALL.max_height))
+    proof.assume("a block has a pixel", values["block_size"] != 0)
     clocks = Signal(max=SETTLE + 1)
     proof.sync += If(clocks != SETTLE, clocks.eq(clocks + 1))
     running = inside(core, "running")[0]
@@ -50,6 +51,7 @@ def raster(make=Raster) -> Proof:
     proof.prove("a frame ends when all have been taken", ~proof.past(running) | running | (row == height))
     proof.prove("each step comes out two clocks later", core.source.valid == proof.past(proof.past(step)))
     proof.prove("a pair is marked as one", proof.past(proof.past(moves)) == (core.source.valid & core.source.take))
+    proof.prove("a result has a cost", ~(core.source.valid & core.source.complete) | core.source.cost)
     proof.reach("a row is taken", row == 1)
     # For the induction.
     own   = {name: inside(core, name)[0] for name in
@@ -58,6 +60,14 @@ def raster(make=Raster) -> Proof:
     proof.prove("thresholds are right", (clocks != SETTLE) | (
         (own["take_last"] == width - 1) & (own["row_take"] == height - 1)
         & (own["slot_last"] == width - 1 + SMALL.ahead) & (own["row_last"] == height - 1 + SMALL.ahead)))
+    ahead, settings = SMALL.ahead, inside(core, "signal")
+    first, complete, row_complete = (settings[n] for n in (7, 10, 12))
+    sums = [Signal(12) for _ in range(3)]
+    proof.comb += [total.eq(value) for total, value in zip(sums, (
+        values["disparities"] + values["min_disparity"] + ahead - 1, first + values["block_size"] - 1,
+        values["block_size"] + ahead - 1), strict=True)]
+    proof.prove("so are those of a result", (clocks != SETTLE) | (
+        (first == sums[0]) & (complete == sums[1]) & (row_complete == sums[2])))
     proof.prove("settled", ~running | (clocks == SETTLE))
     proof.prove("the slot is in the row", ~running | ((own["slot"] <= own["slot_last"])
                                                                & (own["row"] <= own["row_last"])))

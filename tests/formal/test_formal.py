@@ -11,6 +11,7 @@ from formal.__main__ import TASKS, Task
 from formal.crossing import crossing
 from formal.line_buffer import line_buffer
 from formal.map_parts import map_parts
+from formal.matcher import matcher
 from formal.message_buffer import message_buffer
 from formal.message_framer import message_framer
 from formal.message_sorter import message_sorter
@@ -132,10 +133,18 @@ def test_a_fault_is_found(fault: str) -> None:
     assert any(broken in name for name in verdict.failed), verdict.failed
 
 
-def test_a_credit_too_many_is_found() -> None:
+CREDITS = {
+    "left-right check": (
+        left_right, "left_right", "LeftRight", "FIFO_DEPTH - check.latency - 2", "FIFO_DEPTH - check.latency + 2", 12),
+    "winners": (matcher, "matcher", "Matcher", "used < fifo.depth - 4", "used < fifo.depth - 2", 6),
+}
+
+
+@pytest.mark.parametrize("credit", CREDITS)
+def test_a_credit_too_many_is_found(credit: str) -> None:
     """A FIFO that would overflow after many clocks only is found by the induction."""
-    faulty = altered("left_right", "FIFO_DEPTH - check.latency - 2", "FIFO_DEPTH - check.latency + 2")
-    assert not decide(left_right(faulty.LeftRight), 4, 12).always
+    make, module, core, old, new, induction = CREDITS[credit]
+    assert not decide(make(getattr(altered(module, old, new), core)), 4, induction).always
 
 
 @pytest.mark.parametrize("task", TASKS, ids=lambda task: task.name)
