@@ -10,14 +10,14 @@ from __future__ import annotations
 import json
 import os
 import shutil
-import subprocess
 import sys
 from importlib.metadata import version
 from pathlib import Path
 
 from ..firmware import FIRMWARE_DIR
 from ..soc.boards import BOARDS
-from .paths import SIM_DIR, build_directory, built_once, content_key, last_lines, source_key
+from .paths import SIM_DIR, build_directory, built_once, content_key, source_key
+from .tools import ToolError, run_logged
 
 MEMORIES       = ("integrated-ram", "sdram")
 LITEX_PACKAGES = ("litex", "litedram", "liteeth", "migen", "pythondata-cpu-vexriscv")
@@ -129,8 +129,7 @@ def _run(command: list[str], folder: Path, what: str) -> None:
     log = folder / "build.log"
     print(f"building {what}, log in {log}", file=sys.stderr, flush=True)
     environment = os.environ | {"PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
-    with open(log, "w") as file:
-        status = subprocess.run(command, stdout=file, stderr=file, stdin=subprocess.DEVNULL, check=False,
-                                env=environment).returncode
-    if status:
-        raise SimulationError(f"building {what} failed: see {log}, which ends with\n{last_lines(log)}")
+    try:
+        run_logged(command, folder, log.name, environment)
+    except ToolError as error:
+        raise SimulationError(f"building {what} failed: {error}") from error

@@ -70,8 +70,3 @@ def built_once(folder: Path, build: Callable[[Path], None]) -> Path:
             build(folder)
             done.touch()
     return folder
-
-
-def last_lines(log: Path, lines: int = 20) -> str:
-    """How a log ends: what a tool that failed said last, for the message of the error."""
-    return "\n".join(log.read_text(errors="replace").splitlines()[-lines:])

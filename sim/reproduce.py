@@ -18,9 +18,9 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from ..firmware import FIRMWARE_DIR
-from ..soc.synthesis import ToolError, run_logged
 from .build import MATCHER
 from .paths import SIM_DIR, build_directory
+from .tools import ToolError, run_logged
 
 #: What headers, libraries and programs are made of, besides this package.
 PACKAGES = ("litedram", "liteeth", "litespi", "litex", "litex_boards", "migen", "pythondata_cpu_vexriscv",

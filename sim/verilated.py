@@ -18,7 +18,8 @@ from litex.gen.fhdl import verilog
 from migen import ClockDomain, Signal
 
 from ..soc.mapping import with_garbage
-from .paths import SIM_DIR, build_directory, built_once, content_key, last_lines
+from .paths import SIM_DIR, build_directory, built_once, content_key
+from .tools import run_logged
 
 VERILATOR_OPTIONS = ["--cc", "--exe", "-O3", "--x-assign", "fast", "--x-initial", "fast", "--noassert",
                      "-Wno-fatal", "-Wno-WIDTH", "-Wno-CASEINCOMPLETE", "--top-module", "core",
@@ -47,15 +48,9 @@ class PortsTop(LiteXModule):
 
 
 def compile_model(folder: Path, options: list[str], sources: list[str], targets: list[str]) -> None:
-    """Run Verilator in `folder`, and make in its `obj_dir`; raises RuntimeError that names the log."""
-    log = folder / "build.log"
-    with open(log, "w") as file:
-        for command in (["verilator", *options, *sources],
-                        ["make", "-s", "-j2", "-C", "obj_dir", "-f", "Vcore.mk", *targets]):
-            status = subprocess.run(command, cwd=folder, stdout=file, stderr=file, check=False).returncode
-            if status:
-                raise RuntimeError(f"{command[0]} failed with status {status}: see {log}, which ends with\n"
-                                   f"{last_lines(log)}")
+    """Run Verilator in `folder`, and make in its `obj_dir`; raises ToolError."""
+    run_logged(["verilator", *options, *sources], folder, "verilator.log")
+    run_logged(["make", "-s", "-j2", "-C", "obj_dir", "-f", "Vcore.mk", *targets], folder, "build.log")
 
 
 def build_runtime(options: list[str], version: str) -> list[Path]:
@@ -87,7 +82,7 @@ def build_library(top: PortsTop, header: str, bench: str) -> Path:
 
     Raises
     ------
-    RuntimeError
+    ToolError
         Verilator or the compiler failed; the message names the log.
     """
     source  = with_garbage(str(verilog.convert(top, ios=top.ios, name="core")))

@@ -26,7 +26,8 @@ from .add_frame_link import IP_ADDRESS, MAC_ADDRESS, UDP_PORT
 from .mapping import without_collision_logic, without_open_carries
 from .place import PACKAGE, SEED, SPEED_GRADE
 from .resources import commit, table, tools
-from .synthesis import ToolError, add_shift_registers, run_logged, tool, tool_version
+from .synthesis import add_shift_registers, tool, tool_version
+from ..sim.tools import ToolError, run_logged
 
 DOCUMENT = Path(__file__).resolve().parents[1] / "docs" / "network.md"
 DEVICE   = "25k"

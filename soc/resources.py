@@ -14,7 +14,8 @@ from pathlib import Path
 
 from ..gateware.parameters import FEATURES, OPENCV_FEATURES
 from .place import PACKAGE, SEED, SPEED_GRADE, Placement, fits
-from .synthesis import FAMILIES, Resources, ToolError, block_rams, emit, resources, synthesize, tool_version
+from .synthesis import FAMILIES, Resources, block_rams, emit, resources, synthesize, tool_version
+from ..sim.tools import ToolError
 
 DOCUMENT  = Path(__file__).resolve().parents[1] / "docs" / "resources.md"
 MAX_WIDTH = 640

@@ -20,7 +20,8 @@ from litex.gen.fhdl import verilog
 from migen import Cat, ClockDomain, If, Signal, bits_for
 
 from ..gateware.matcher import Matcher, matcher_settings
-from ..sim.paths import build_directory, built_once, content_key, last_lines
+from ..sim.paths import build_directory, built_once, content_key
+from ..sim.tools import ToolError, run_logged
 from .mapping import without_collision_logic, without_open_carries
 
 # Families and what their primitives count as: sites of logic, carries as the sites that they take.
@@ -91,9 +92,6 @@ def emit(max_width: int, disparities: int, max_block_size: int, features: Iterab
 
 # Yosys --------------------------------------------------------------------------------------------
 
-class ToolError(Exception):
-    """A tool is not there, or failed."""
-
 @dataclass(frozen=True)
 class Resources:
     """What a design takes."""
@@ -114,14 +112,6 @@ def tool_version(name: str) -> str:
     """First line of what a tool says of itself."""
     result = subprocess.run([tool(name), "--version"], capture_output=True, text=True, check=False)
     return (result.stdout or result.stderr).strip().splitlines()[0]
-
-def run_logged(command: list[str], folder: Path, log: str) -> None:
-    """Run a tool in a folder; raises ToolError with the end of the log if it fails."""
-    with open(folder / log, "w") as file:
-        status = subprocess.run(command, cwd=folder, stdout=file, stderr=subprocess.STDOUT, check=False).returncode
-    if status:
-        raise ToolError(f"{command[0]} failed with status {status}: see {folder / log}, which ends with\n"
-                        f"{last_lines(folder / log)}")
 
 def synthesize(source: str, family: str) -> Path:
     """Folder with `stat.json` and, for ECP5, the netlist `top.json`; done once for each content."""

@@ -148,3 +148,17 @@ void boot(void)
     REQUIRE(app_init(&app) == STATUS_OK);
     fake_stereo_attach(handle_interrupt);
 }
+
+frame_t *load_frame(uint32_t id)
+{
+    stereo_settings_t settings = stereo_settings_bare(&app.info.limits);
+    frame_t          *frame;
+
+    settings.width       = 40;
+    settings.height      = 20;
+    settings.disparities = 16;
+    settings.block_size  = 5;
+    REQUIRE(frame_pool_open(&app.pool, FRAME_OWNER_LINK, id, &settings, &frame) == STATUS_OK);
+    REQUIRE(frame_fill(frame) == STATUS_OK && frame_pool_start(&app.pool, frame) == STATUS_OK);
+    return frame;
+}

@@ -38,6 +38,9 @@ void make_memory(void);
 /** Starts the firmware with a sound accelerator. */
 void boot(void);
 
+/** Puts a frame of 40 x 20 pixels in line for the matcher. */
+frame_t *load_frame(uint32_t id);
+
 /** Lets the firmware take bytes from the line. */
 void receive(const void *bytes, size_t length);
 

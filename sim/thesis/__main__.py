@@ -14,8 +14,8 @@ import rich.console
 import rich.progress
 
 from ...host_tools.errors import LiteStereoError
-from ...soc.synthesis import ToolError
 from ..paths import SIM_DIR
+from ..tools import ToolError
 from .middlebury import data_key
 from .page import SECTIONS, write
 from .presets import Scale

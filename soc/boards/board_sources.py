@@ -19,7 +19,7 @@ from pathlib import Path
 from ...firmware import FIRMWARE_DIR
 from ...sim.build import LITEX_PACKAGES
 from ...sim.paths import SIM_DIR, build_directory, built_once, content_key, source_key
-from ..synthesis import ToolError, run_logged
+from ...sim.tools import ToolError, run_logged
 
 TOP = "top"
 

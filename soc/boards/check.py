@@ -13,7 +13,7 @@ import sys
 from pathlib import Path
 
 from ...sim.paths import build_directory
-from ..synthesis import ToolError
+from ...sim.tools import ToolError
 from . import OPEN_BOARDS, VENDOR_TOOLS
 from .board_sources import sources
 from .build import placement_key

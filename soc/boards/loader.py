@@ -13,7 +13,7 @@ import subprocess
 from pathlib import Path
 
 from ...sim.paths import build_directory
-from ..synthesis import ToolError
+from ...sim.tools import ToolError
 from . import VENDOR_TOOLS, soc_class, vendor
 
 def built(board: str) -> Path:

@@ -11,7 +11,8 @@ import sys
 from pathlib import Path
 
 from ..resources import table
-from ..synthesis import Resources, ToolError
+from ..synthesis import Resources
+from ...sim.tools import ToolError
 from . import BOARDS, OPEN_BOARDS, VENDOR_TOOLS, soc_class, vendor
 from .board_sources import sources
 from .build import placement_key

@@ -12,7 +12,7 @@ import sys
 from dataclasses import fields
 
 from ...gateware.parameters import FEATURES
-from ..synthesis import ToolError
+from ...sim.tools import ToolError
 from . import soc_class
 from .build import build
 from .loader import flash, load

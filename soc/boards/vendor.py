@@ -14,7 +14,8 @@ from pathlib import Path
 
 from ...sim.paths import build_directory, built_once, content_key
 from ..resources import commit
-from ..synthesis import Resources, resources, run_logged, tool, tool_version
+from ..synthesis import Resources, resources, tool, tool_version
+from ...sim.tools import run_logged
 from . import VENDOR_TOOLS
 from .board_sources import TOP, Sources, flash_image, rom_contents, without_dates
 

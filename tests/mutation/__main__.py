@@ -23,29 +23,29 @@ from .mutants import Mutant, drawn
 CHECKOUT = Path(__file__).resolve().parents[2]
 GATEWARE = CHECKOUT / "gateware"
 
-#: Tests of each core, the fast ones: pytest's arguments, with files as they are called from `tests/gateware`.
+#: Tests of each core, the fast ones: pytest's arguments, with files as they are called in `tests`.
 TESTS = {
-    "absolute_difference": ["test_pixels.py", "-k", "absolute_difference"],
-    "alignment":           ["test_pixels.py", "-k", "alignment"],
-    "block_sum":           ["test_sums.py", "-k", "block_sum"],
-    "border":              ["test_map.py", "-k", "border"],
-    "column_sum":          ["test_sums.py", "-k", "column_sum"],
-    "cost_delay":          ["test_verdict.py", "-k", "cost_delay"],
-    "left_right":          ["test_left_right.py"],
-    "left_right_check":    ["test_left_right.py"],
-    "line_buffer":         ["test_pixels.py", "-k", "line_buffer"],
-    "median":              ["test_map.py", "-k", "median"],
+    "absolute_difference": ["gateware/test_pixels.py", "-k", "absolute_difference"],
+    "alignment":           ["gateware/test_pixels.py", "-k", "alignment"],
+    "block_sum":           ["gateware/test_sums.py", "-k", "block_sum"],
+    "border":              ["gateware/test_map.py", "-k", "border"],
+    "column_sum":          ["gateware/test_sums.py", "-k", "column_sum"],
+    "cost_delay":          ["gateware/test_verdict.py", "-k", "cost_delay"],
+    "left_right":          ["gateware/test_left_right.py"],
+    "left_right_check":    ["gateware/test_left_right.py"],
+    "line_buffer":         ["gateware/test_pixels.py", "-k", "line_buffer"],
+    "median":              ["gateware/test_map.py", "-k", "median"],
     # The peripheral does not ask for all marks, the proof does.
-    "pair_reader":         ["../formal/test_formal.py", "test_peripheral.py",
+    "pair_reader":         ["formal/test_formal.py", "gateware/test_peripheral.py",
                             "-k", "test_peripheral or passes and PairReader"],
-    "prefilter":           ["test_pixels.py", "-k", "prefilter"],
-    "raster":              ["test_pixels.py", "-k", "raster"],
-    "stream_writer":       ["test_peripheral.py"],
-    "subpixel":            ["test_verdict.py", "-k", "subpixel or neighbours"],
-    "uniqueness":          ["test_verdict.py", "-k", "uniqueness or cost_limit"],
-    "verdict":             ["test_verdict.py", "-k", "test_verdict"],
-    "vote_row":            ["test_left_right.py"],
-    "winner":              ["test_verdict.py", "-k", "winner"],
+    "prefilter":           ["gateware/test_pixels.py", "-k", "prefilter"],
+    "raster":              ["gateware/test_pixels.py", "-k", "raster"],
+    "stream_writer":       ["gateware/test_peripheral.py"],
+    "subpixel":            ["gateware/test_verdict.py", "-k", "subpixel or neighbours"],
+    "uniqueness":          ["gateware/test_verdict.py", "-k", "uniqueness or cost_limit"],
+    "verdict":             ["gateware/test_verdict.py", "-k", "test_verdict"],
+    "vote_row":            ["gateware/test_left_right.py"],
+    "winner":              ["gateware/test_verdict.py", "-k", "winner"],
 }
 
 #: Seconds that the tests of a mutant may take. One that makes them hang is told from one that they refuse.
@@ -70,7 +70,7 @@ def outcome(mutant: Mutant, sources: str) -> str:
                                 "LITESTEREO_BUILD": str(folder / "build"),
                                 "MAKEFLAGS": " -- OPT_FAST=-O0 OPT_SLOW=-O0 OPT_GLOBAL=-O0"}
     command = [sys.executable, "-m", "pytest", "-q", "-x", "--no-header", "-p", "no:cacheprovider",
-               *(f"tests/gateware/{part}" if part.endswith(".py") else part for part in TESTS[mutant.core])]
+               *(f"tests/{part}" if part.endswith(".py") else part for part in TESTS[mutant.core])]
     log = folder / "tests.log"
     with open(log, "w") as output:
         try:

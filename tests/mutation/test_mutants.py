@@ -48,7 +48,7 @@ def test_every_core_has_tests() -> None:
     """The folder of tests has what is said of it."""
     for arguments in TESTS.values():
         files = [part for part in arguments if part.endswith(".py")]
-        assert files and all((Path(__file__).parents[1] / "gateware" / file).is_file() for file in files)
+        assert files and all((Path(__file__).parents[1] / file).is_file() for file in files)
 
 
 def test_exceptions_are_of_this_source() -> None:

@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import importlib.util
 import re
-import subprocess
 from pathlib import Path
 
 from litestereo.sim.paths import build_directory, built_once, content_key, source_key
+from litestereo.sim.tools import run_logged
 
 from .soc import emitted
 
@@ -42,33 +42,26 @@ def build() -> Path:
 
     Raises
     ------
-    RuntimeError
+    ToolError
         A tool failed; the message names the log.
     """
     files   = {name: re.sub(r"^//.*$", "", text, flags=re.MULTILINE) for name, text in emitted().items()}
     (litex,) = importlib.util.find_spec("litex").submodule_search_locations
     includes = [SOAK / "include", SOAK, FIRMWARE / "include", FIRMWARE, WIRE, Path(litex) / "build" / "sim" / "core"]
     ours     = [path.read_bytes() for path in sorted(SOAK.rglob("*")) if path.suffix in (".c", ".cpp", ".h")]
-    key      = content_key([*files.values(), *ours, source_key(FIRMWARE, WIRE), *C_FLAGS, *VERILATOR])
+    key      = content_key([*files.values(), *ours, source_key(FIRMWARE, WIRE.parent), *C_FLAGS, *VERILATOR])
 
     def make(folder: Path) -> None:
         (folder / "generated").mkdir()
         for name, text in files.items():
             (folder / ("" if name.endswith(".v") else "generated") / name).write_text(text)
         flags = [f"-I{path}" for path in (folder, *includes)]
-        with open(folder / "build.log", "w") as log:
-            objects = []
-            for number, source in enumerate(_sources()):
-                objects.append(folder / f"{number}_{source.stem}.o")
-                _run(["gcc", *C_FLAGS, *flags, "-c", source, "-o", objects[-1]], folder, log)
-            _run([*VERILATOR, "-CFLAGS", " ".join(flags), "core.v", SOAK / "machine.cpp", *objects], folder, log)
-            _run(["make", "-s", "-j2", "-C", "obj_dir", "-f", "Vcore.mk"], folder, log)
+        objects = []
+        for number, source in enumerate(_sources()):
+            objects.append(folder / f"{number}_{source.stem}.o")
+            run_logged(["gcc", *C_FLAGS, *flags, "-c", source, "-o", objects[-1]], folder, "gcc.log")
+        run_logged([*VERILATOR, "-CFLAGS", " ".join(flags), "core.v", SOAK / "machine.cpp", *objects], folder,
+                   "verilator.log")
+        run_logged(["make", "-s", "-j2", "-C", "obj_dir", "-f", "Vcore.mk"], folder, "build.log")
 
     return built_once(build_directory() / "soak" / key, make) / "obj_dir" / "soak"
-
-
-def _run(command: list, folder: Path, log) -> None:
-    log.flush()
-    status = subprocess.run(command, cwd=folder, stdout=log, stderr=log, check=False).returncode
-    if status:
-        raise RuntimeError(f"{command[0]} failed with status {status}: see {folder / 'build.log'}")

@@ -14,6 +14,7 @@ import zlib
 
 import pytest
 
+from litestereo.sim.tools import ToolError
 from litestereo.soc.boards import (
     BOARDS,
     OPEN_BOARDS,
@@ -27,7 +28,7 @@ from litestereo.soc.boards import (
     target,
     vendor,
 )
-from litestereo.soc.synthesis import Resources, ToolError
+from litestereo.soc.synthesis import Resources
 
 
 def built(board, achieved=61.0, key="key"):

@@ -10,9 +10,10 @@ import json
 import pytest
 
 from litestereo.gateware.parameters import OPENCV_FEATURES
+from litestereo.sim.tools import ToolError
 from litestereo.soc.place import Placement
 from litestereo.soc.resources import BARE, feature_table, placement_row, row
-from litestereo.soc.synthesis import Resources, ToolError, emit, resources, tool
+from litestereo.soc.synthesis import Resources, emit, resources, tool
 
 
 @pytest.mark.parametrize("family, cells, expected", [

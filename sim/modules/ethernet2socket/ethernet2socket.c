@@ -30,6 +30,7 @@
 #include "error.h"
 #include "frames.h"
 #include "modules.h"
+#include "../pads.h"
 #include "settings.h"
 
 #define HOST_MAC     {0x02, 0x00, 0x00, 0x00, 0x00, 0x64}
@@ -146,26 +147,6 @@ static int new_session(void **out, char *args)
     session->socket   = listen_on(session->settings.port);
     *out = session;
     return RC_OK;
-}
-
-static char *optional_pad(struct pad_list_s *list, const char *name)
-{
-    for (struct pad_s *pad = list->pads; pad->name; pad++) {
-        if (!strcmp(pad->name, name)) {
-            return pad->signal;
-        }
-    }
-    return NULL;
-}
-
-static char *pad(struct pad_list_s *list, const char *name)
-{
-    char *signal = optional_pad(list, name);
-
-    if (!signal) {
-        fail("no pad %s", name);
-    }
-    return signal;
 }
 
 static int add_pads(void *state, struct pad_list_s *list)

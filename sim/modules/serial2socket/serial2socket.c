@@ -28,6 +28,7 @@
 
 #include "error.h"
 #include "modules.h"
+#include "../pads.h"
 
 #define BUFFER_SIZE 4096
 /* Clocks between two looks at the socket: rare enough to cost nothing, often enough to go unnoticed. */
@@ -108,17 +109,6 @@ static int new_session(void **out, char *args)
         exit(1);
     }
     return RC_OK;
-}
-
-static char *pad(struct pad_list_s *list, const char *name)
-{
-    for (struct pad_s *pad = list->pads; pad->name; pad++) {
-        if (!strcmp(pad->name, name)) {
-            return pad->signal;
-        }
-    }
-    fprintf(stderr, "[serial2socket] no pad %s\n", name);
-    exit(1);
 }
 
 static int add_pads(void *state, struct pad_list_s *list)

@@ -19,6 +19,7 @@
 
 #include "error.h"
 #include "modules.h"
+#include "../pads.h"
 
 #define PICTURE     "screen.ppm"
 #define UNFINISHED  PICTURE ".new"
@@ -46,17 +47,6 @@ static int new_session(void **out, char *args)
     (void)args;
     *out = calloc(1, sizeof(struct session));
     return *out ? RC_OK : RC_NOENMEM;
-}
-
-static char *pad(struct pad_list_s *list, const char *name)
-{
-    for (struct pad_s *pad = list->pads; pad->name; pad++) {
-        if (!strcmp(pad->name, name)) {
-            return pad->signal;
-        }
-    }
-    fprintf(stderr, "[video2file] no pad %s\n", name);
-    exit(1);
 }
 
 static int add_pads(void *state, struct pad_list_s *list)
