@@ -36,13 +36,18 @@ static void set_up(void)
     map_view_init(&view, &screen, &pool);
 }
 
-static frame_t *open_frame(uint32_t id, uint16_t width)
+static frame_t *open_frame_of(uint32_t id, uint16_t width, uint16_t height)
 {
-    stereo_settings_t settings = {.width = width, .height = HEIGHT, .disparities = 16};
+    stereo_settings_t settings = {.width = width, .height = height, .disparities = 16};
     frame_t          *frame;
 
     REQUIRE(frame_pool_open(&pool, FRAME_OWNER_LINK, id, &settings, &frame) == STATUS_OK);
     return frame;
+}
+
+static frame_t *open_frame(uint32_t id, uint16_t width)
+{
+    return open_frame_of(id, width, HEIGHT);
 }
 
 /* Has a frame matched, all of whose pixels have that grey value; with error ERROR_NONE it is done. */
@@ -95,6 +100,27 @@ static void test_a_frame(void)
     /* Once. */
     poll(3 * TURNS);
     REQUIRE(fake_screen.shows == 1);
+}
+
+/* A turn may end in front of the last row, which is black here: a picture is shown with it, not before. */
+static void test_last_row(void)
+{
+    enum { ROWS = 38 };  /* Of the map: five black rows, which count a quarter, on either side. */
+
+    set_up();
+    for (uint8_t grey = 100; grey < 102; grey++) {
+        make(grey, grey);
+        poll(TURNS);
+    }
+    REQUIRE(frame_release(frame_pool_find(&pool, FRAME_OWNER_LINK, 100)) == STATUS_OK);
+    match(open_frame_of(1, WIDTH, ROWS), 200, ERROR_NONE);
+    for (int turns = 0; fake_screen.shows == 2; turns++) {
+        REQUIRE(turns < TURNS);
+        poll(1);
+    }
+    for (unsigned row = 0; row < HEIGHT; row++) {
+        REQUIRE(shown_pixel(0, row) == (row >= 5 && row < 5 + ROWS ? 200 : 0));
+    }
 }
 
 static void test_the_newest(void)
@@ -196,6 +222,7 @@ static void test_no_screen(void)
 int main(void)
 {
     test_a_frame();
+    test_last_row();
     test_the_newest();
     test_wrap();
     test_failed();
