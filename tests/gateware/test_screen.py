@@ -136,7 +136,10 @@ def test_shows_the_map(programs, away):
         screen.core.set(base=base)
         screen.picture()
         for _ in range(2):
+            begin = screen.time
             rows, clocks = screen.picture()
+            # The picture itself, and the one on whose end it was waited for.
+            assert screen.time - begin == 2*PICTURE_CLOCKS*CLOCKS_PER_PIXEL
             assert rows == expected_picture(one, 128, size=size).tolist()
             assert clocks == PICTURE_CLOCKS
     # A word of two pixels is six clocks, of which it takes one; two thirds are the other's even if the memory is away.
