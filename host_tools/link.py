@@ -19,6 +19,7 @@ from .channel import Channel
 from .errors import DeviceError, LinkTimeout
 from .protocol import MIN_MESSAGE_BYTES, VERSION, ErrorCode, Message, MessageType
 from .refusals import refusal, version_mismatch
+from .silence import Silence
 
 #: Longest wait in seconds between two hellos to a device that another host uses: that one may say goodbye.
 _BUSY_WAIT_S = 0.5
@@ -50,8 +51,7 @@ class Link:
         self._outstanding:  dict[int, Call] = {}
         self._runs:         dict[int, Run] = {}
         self._progress_at = time.monotonic()
-        # A broken reply is no progress, but who sends one is there.
-        self._heard_at    = self._progress_at
+        self._silence     = Silence()
 
     def limit_silence(self, limit_s: float) -> None:
         """Sets the time in seconds without any reply after which the device counts as gone."""
@@ -165,7 +165,7 @@ class Link:
         """Sends what is queued, as far as the window allows."""
         while call := self._next_that_fits():
             if not self._outstanding:
-                self._progress_at = time.monotonic()
+                self._progressed()
             self._outstanding[call.request.sequence] = call
             self.counters.requests += 1
             self._send(call)
@@ -190,9 +190,11 @@ class Link:
             wait_s = min(wait_s, max(0.0, self._timeout_at() - time.monotonic()))
         broken   = self._channel.errors
         messages = self._channel.receive(wait_s)
+        self._silence.listened(wait_s)
         progress = [self._receive(message) for message in messages]
         if self._channel.errors > broken:
-            self._heard_at = time.monotonic()
+            # A broken reply is no progress, but who sends one is there.
+            self._silence.end()
         if self._outstanding and not (self._channel.ordered and any(progress)):
             self._check_time()
 
@@ -260,7 +262,7 @@ class Link:
         if run is None or not is_reply(message, run.request) or message.version != VERSION:
             self.counters.stale_replies += 1
             return False
-        self._progress_at = time.monotonic()
+        self._progressed()
         run.take(message)
         return True
 
@@ -273,7 +275,11 @@ class Link:
             # On a line a reply has to wait for the one before it.
             begin = max(call.sent_at, self._progress_at) if self._channel.ordered else call.sent_at
             self._timing.sample(now - begin, call.bytes_both_ways)
-        self._progress_at = now
+        self._progressed()
+
+    def _progressed(self) -> None:
+        self._progress_at = time.monotonic()
+        self._silence.end()
 
     def _timeout_at(self) -> float:
         """When something counts as lost."""
@@ -289,7 +295,7 @@ class Link:
 
     def _check_time(self) -> None:
         now = time.monotonic()
-        if now - max(self._progress_at, self._heard_at) > self._limit_s:
+        if self._silence.seconds > self._limit_s:
             raise LinkTimeout(f"the device has not answered for {self._limit_s:g} s: "
                               "is it running, is this its port and speed, and does no other host use it?")
         if now >= self._timeout_at():

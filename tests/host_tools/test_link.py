@@ -207,6 +207,26 @@ def test_a_silent_device_is_given_up_within_the_limit():
         assert 0.4 < time.monotonic() - begin < 2
 
 
+def test_sleep_is_no_silence():
+    """A program that was stopped for longer than the limit has not listened, and hears what has come meanwhile."""
+    slept = []
+
+    class Sleepy(ScriptedTransport):
+        def read(self, timeout_s):
+            if slept == [None]:
+                slept[:] = ["once"]
+                time.sleep(2*QUICK.silence_limit_s)
+                return b""
+            return super().read(timeout_s)
+
+    transport = Sleepy(answer)
+    link      = Link(SerialChannel(transport), QUICK)
+    link.hello()
+    slept.append(None)
+    assert link.call(MessageType.START).type == MessageType.START | REPLY
+    assert slept == ["once"]
+
+
 def test_broken_replies_are_no_silence():
     """A line may break every reply for longer than the limit of silence; there are tries enough for that."""
     begin = time.monotonic()
