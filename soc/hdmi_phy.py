@@ -12,10 +12,59 @@ from litex.soc.cores.code_tmds import TMDSEncoder
 from litex.soc.cores.video     import video_data_layout
 from litex.soc.interconnect    import stream
 
+# Serializer ---------------------------------------------------------------------------------------
+
+class Serializer(LiteXModule):
+    """Ten bits for five clocks, two in each: a shift register, as LiteX's gearbox takes most of a clock of 8 ns."""
+    def __init__(self):
+        self.sink = sink = stream.Endpoint([("data", 10)])
+        self.bits = bits = Signal(2) # The lower one goes first.
+
+        # # #
+
+        left  = Signal(max=5) # Pairs of bits that wait behind `bits`.
+        shift = Signal(10)
+        self.comb += [
+            sink.ready.eq(left == 0),
+            bits.eq(shift[:2]),
+        ]
+        self.sync += [
+            shift.eq(shift[2:]),
+            left.eq(left - 1),
+            If(left == 0,
+                # Once one has come in time, all do: the other side has one in five clocks as well.
+                shift.eq(sink.data),
+                left.eq(4),
+            ),
+        ]
+
+# HDMI Channel -------------------------------------------------------------------------------------
+
+class HDMIChannel(LiteXModule):
+    """One colour, coded and in series.
+
+    Parameters
+    ----------
+    clock_domain : str
+        Of pixels; that of their bits, two in each clock, has the same name with `5x` behind it.
+    """
+    def __init__(self, clock_domain):
+        self.encoder    = encoder    = ClockDomainsRenamer(clock_domain)(TMDSEncoder())
+        self.crossing   = crossing   = stream.ClockDomainCrossing([("data", 10)], clock_domain, f"{clock_domain}5x")
+        self.serializer = serializer = ClockDomainsRenamer(f"{clock_domain}5x")(Serializer())
+
+        # # #
+
+        self.comb += [
+            crossing.sink.valid.eq(1),
+            crossing.sink.data.eq(encoder.out),
+            crossing.source.connect(serializer.sink),
+        ]
+
 # HDMI PHY -----------------------------------------------------------------------------------------
 
 class HDMIPHY(LiteXModule):
-    """As LiteX's VideoHDMIPHY, with a register in front of each pin: its gearbox alone takes most of a clock of 8 ns.
+    """As LiteX's VideoHDMIPHY, for a faster clock.
 
     Parameters
     ----------
@@ -32,28 +81,12 @@ class HDMIPHY(LiteXModule):
         # A monitor does not wait.
         self.comb += sink.ready.eq(1)
         self.specials += DDROutput(1, 0, pads.clk_p, ClockSignal(clock_domain))
-        for channel, color in enumerate(("b", "g", "r")):
-            encoder = ClockDomainsRenamer(clock_domain)(TMDSEncoder())
-            self.add_module(name=f"{color}_encoder", module=encoder)
+        for number, color in enumerate(("b", "g", "r")):
+            channel = HDMIChannel(clock_domain)
+            self.add_module(name=f"{color}_channel", module=channel)
             self.comb += [
-                encoder.d.eq(getattr(sink, color)),
-                encoder.c.eq(Cat(sink.hsync, sink.vsync) if channel == 0 else 0),
-                encoder.de.eq(sink.de),
+                channel.encoder.d.eq(getattr(sink, color)),
+                channel.encoder.c.eq(Cat(sink.hsync, sink.vsync) if number == 0 else 0),
+                channel.encoder.de.eq(sink.de),
             ]
-            self.add_serializer(encoder.out, getattr(pads, f"data{channel}_p"), clock_domain, f"{clock_domain}5x")
-
-    def add_serializer(self, data, pad, clock_domain, fast_domain):
-        """Ten bits in each clock of the pixels, the lowest first."""
-        crossing = stream.ClockDomainCrossing([("data", 10)], cd_from=clock_domain, cd_to=fast_domain)
-        gearbox  = ClockDomainsRenamer(fast_domain)(stream.Gearbox(i_dw=10, o_dw=2, msb_first=False))
-        register = ClockDomainsRenamer(fast_domain)(stream.Buffer([("data", 2)]))
-        bits     = register.source.data
-        self.submodules += crossing, gearbox, register
-        self.comb += [
-            crossing.sink.valid.eq(1),
-            crossing.sink.data.eq(data),
-            crossing.source.connect(gearbox.sink),
-            gearbox.source.connect(register.sink),
-            register.source.ready.eq(1),
-        ]
-        self.specials += DDROutput(bits[0], bits[1], pad, ClockSignal(fast_domain))
+            self.specials += DDROutput(*channel.serializer.bits, getattr(pads, f"data{number}_p"), ClockSignal(f"{clock_domain}5x"))

@@ -19,14 +19,13 @@ from litestereo.soc.screen_turns import ScreenTurns
 from litestereo.soc.video_model import VideoPHYModel
 from support.firmware_build import build_tests
 from support.pairs import generator
-from support.screen import drawn_picture, expected_picture
+from support.screen import PADS, drawn_picture, expected_picture
 
 WIDTH, HEIGHT = 64, 12
 TIMINGS = {"pix_clk": 25e6, "h_active": WIDTH, "h_blanking": 20, "h_sync_offset": 4, "h_sync_width": 8,
            "v_active": HEIGHT, "v_blanking": 5, "v_sync_offset": 1, "v_sync_width": 2}
 CLOCKS_PER_PIXEL = 3
 PICTURE_CLOCKS   = (WIDTH + 20)*(HEIGHT + 5)
-PADS = [("clk", 1), ("de", 1), ("hsync", 1), ("vsync", 1), ("r", 8), ("g", 8), ("b", 8)]
 
 
 @pytest.fixture(scope="module")

@@ -18,6 +18,9 @@ from numpy.typing import NDArray
 #: Pixels of the screen, width and height.
 SIZE = (640, 480)
 
+#: Pads of the simulated PHY.
+PADS = [("clk", 1), ("de", 1), ("hsync", 1), ("vsync", 1), ("r", 8), ("g", 8), ("b", 8)]
+
 #: What a monitor measures of it: clocks of pixels in a picture, and lines, both with what is not seen.
 CLOCKS, LINES = 800*525, 525
 
