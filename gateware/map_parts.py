@@ -29,7 +29,7 @@ class MapParts(LiteXModule):
         self.sink    = stream.Endpoint(disparity_layout())              # Pixels of the map, the last one marked. Never stalls.
         self.job     = Record(peer_layout() + [                         # Whom the parts go to, and fields of their header:
             ("session", 32), ("sequence", 32), ("frame_id", 32)])       # taken over by `open`.
-        self.open    = Signal()                                         # Begin a map (pulse). Not while sending.
+        self.open    = Signal()                                         # Begin a map (pulse). Not while sending, nor within a map.
         self.close   = Signal()                                         # Give the map up (pulse).
         self.sending = Signal()                                         # Parts wait to be sent, or one is being sent.
         self.taken   = Signal()                                         # The message that is offered is being sent, and has to stay.

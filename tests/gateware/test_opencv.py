@@ -22,31 +22,47 @@ from support.pairs import generator
 SETTINGS = int(os.environ.get("LITESTEREO_SETTINGS", "200"))
 PARTS    = 4
 
+#: Disparities that are drawn, at most.
+LARGEST = 64
+
 
 @pytest.fixture(scope="module")
-def matcher():
-    """Wide enough for all pairs."""
+def matchers():
+    """Matchers wide enough for all pairs, by the disparities that they are built for."""
     # Counting the lines takes as long again, and other tests run the same ones.
     with pytest.MonkeyPatch.context() as patch:
         patch.delenv("LITESTEREO_COVERAGE", raising=False)
-        matcher = CosimMatcher(1300, 64, 21)
-    yield matcher
-    matcher.close()
+        yield (built := Matchers())
+    for matcher in built.values():
+        matcher.close()
+
+
+class Matchers(dict[int, CosimMatcher]):
+    """Built when they are first wanted."""
+
+    def __missing__(self, disparities):
+        self[disparities] = CosimMatcher(1300, disparities, 21)
+        return self[disparities]
 
 
 @pytest.mark.parametrize("part", range(PARTS))
 @pytest.mark.parametrize("name", PAIRS)
-def test_data_sets(matcher, name, part):
-    """Every pixel of a pair, with the same settings for all pairs."""
+def test_data_sets(matchers, name, part):
+    """Every pixel of a pair, with the same settings for all pairs.
+
+    The first part is done by a matcher that is built for all disparities, the others by one that is built for those of
+    the settings: fewer take less time.
+    """
     pair = stereo_pair(name)
     rng  = generator(70, part)
     for _ in range(-(-SETTINGS//PARTS)):
         settings      = drawn_settings(rng)
+        matcher       = matchers[LARGEST if part == 0 else settings.disparities]
         disparity, *_ = matcher.match_settings(pair.left, pair.right, settings)
         same_as_opencv(disparity, pair.left, pair.right, settings)
 
 
-def test_awkward_images(matcher):
+def test_awkward_images(matchers):
     """Constant, saturated, stripes, single pixels, ties everywhere: five small images a setting."""
     rng    = generator(71)
     images = 0
@@ -56,6 +72,6 @@ def test_awkward_images(matcher):
         height   = settings.block_size + 1 + int(rng.integers(0, 12))
         for name, left, right in awkward_pairs(rng, width, height):
             print(name, width, height)
-            disparity, *_ = matcher.match_settings(left, right, settings)
+            disparity, *_ = matchers[LARGEST].match_settings(left, right, settings)
             same_as_opencv(disparity, left, right, settings)
             images += 1
