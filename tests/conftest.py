@@ -12,6 +12,7 @@ import os
 import shutil
 
 import pytest
+from migen.fhdl import tracer
 
 from covered import gateware
 from litestereo.sim.verilated_core import coverage_directory
@@ -40,3 +41,9 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: p
         percent = gateware.percent(gateware.read(coverage_directory()))
         terminalreporter.write_line(f"gateware: the tests have run {percent:.1f} % of its lines"
                                     f" (floor: {gateware.LINES_FLOOR:g} %)")
+
+
+@pytest.fixture(autouse=True)
+def _forget_names():
+    """migen keeps whatever has ever made a Signal, and for each new one looks through all of that."""
+    tracer.classname_to_objs.clear()
