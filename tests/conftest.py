@@ -4,7 +4,7 @@
 # SPDX-License-Identifier: BSD-2-Clause
 
 """With `--count-gateware`, which is for a run of all tests, the lines of the gateware that they run are counted, and
-their share is printed; `make coverage` refuses too few."""
+too few are a failure."""
 
 from __future__ import annotations
 
@@ -16,6 +16,9 @@ from migen.fhdl import tracer
 
 from covered import gateware
 from litestereo.sim.verilated_core import coverage_directory
+
+#: Of the gateware's lines, what the tests have run.
+PERCENT = pytest.StashKey[float]()
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -36,10 +39,17 @@ def pytest_configure(config: pytest.Config) -> None:
         coverage_directory().mkdir(parents=True)
 
 
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    if _counts(session.config):
+        percent = gateware.percent(gateware.read(coverage_directory()))
+        session.config.stash[PERCENT] = percent
+        if percent < gateware.LINES_FLOOR and session.exitstatus == pytest.ExitCode.OK:
+            session.exitstatus = pytest.ExitCode.TESTS_FAILED
+
+
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: pytest.Config) -> None:
     if _counts(config):
-        percent = gateware.percent(gateware.read(coverage_directory()))
-        terminalreporter.write_line(f"gateware: the tests have run {percent:.1f} % of its lines"
+        terminalreporter.write_line(f"gateware: the tests have run {config.stash[PERCENT]:.1f} % of its lines"
                                     f" (floor: {gateware.LINES_FLOOR:g} %)")
 
 

@@ -33,11 +33,6 @@ CHOSEN = os.environ.get("LITESTEREO_BOARDS", "colorlight_i5").split()
 ETHERNET = ("colorlight_i5", "colorlight_i9", "ecpix5", "arty")
 
 
-def require_chosen(board):
-    if board not in CHOSEN:
-        pytest.skip(f"not in LITESTEREO_BOARDS: {' '.join(CHOSEN)}")
-
-
 def url_of(board, simulation):
     """The board's faster link."""
     return f"udp://127.0.0.1:{simulation.udp_port}" if board in ETHERNET else \
@@ -70,8 +65,13 @@ def assert_shows(simulation, disparity, settings, limit_s=600):
 
 @pytest.mark.parametrize("board", BOARDS)
 def test_board(board):
-    """Boot program, RAM of its kind and width, preset: as on the board; pins and clocks are the simulator's."""
-    require_chosen(board)
+    """Boot program, RAM of its kind and width, preset: as on the board; pins and clocks are the simulator's.
+
+    In one run: the self test, a real pair, and an update. Its reset is that of the whole SoC, by its own register; the
+    boot program then reads the flash, which has kept what was written to it.
+    """
+    if board not in CHOSEN:
+        pytest.skip(f"not in LITESTEREO_BOARDS: {' '.join(CHOSEN)}")
     preset   = soc_class(board).preset
     settings = MatcherSettings(preset.disparities, preset.max_block_size,
                                uniqueness_ratio=15 if "uniqueness" in preset.features else 0,
@@ -79,30 +79,18 @@ def test_board(board):
                                subpixel="subpixel" in preset.features)
     pair        = stereo_pair("motorcycle")
     left, right = (np.ascontiguousarray(image[200:240, 100:420]) for image in (pair.left, pair.right))
+    other       = flash_image(build_firmware(build_soc(board), 0x0102).read_bytes())
     with start_simulation(board, timeout_s=900) as simulation:
-        url = url_of(board, simulation)
-        with connect(f"tcp://127.0.0.1:{simulation.port}") as device:
+        url, console = url_of(board, simulation), f"tcp://127.0.0.1:{simulation.port}"
+        with connect(console) as device:
             assert "selftest: passed" in device.console("selftest", 900)
         with connect(url) as device:
-            result = device.compute(left, right, settings)
-        if soc_class(board).preset.with_screen:
-            assert_shows(simulation, result.disparity, settings)
-    assert np.array_equal(result.disparity, expected_map(left, right, settings))
-
-
-@pytest.mark.parametrize("board", BOARDS)
-def test_update(board):
-    """Another firmware goes to the board's flash over its link; after a reset of the SoC it is the one that answers.
-
-    The reset is that of the whole SoC, by its own register; the boot program then reads the flash, which has kept what
-    was written to it.
-    """
-    require_chosen(board)
-    image = flash_image(build_firmware(build_soc(board), 0x0102).read_bytes())
-    with start_simulation(board, timeout_s=900) as simulation:
-        with connect(url_of(board, simulation)) as device:
+            disparity = device.compute(left, right, settings).disparity
+            assert np.array_equal(disparity, expected_map(left, right, settings))
+            if preset.with_screen:
+                assert_shows(simulation, disparity, settings)
             assert device.info().firmware_version == "0.1"
-            assert device.update_firmware(image, restart_limit_s=1800).firmware_version == "1.2"
-        with connect(f"tcp://127.0.0.1:{simulation.port}") as device:
+            assert device.update_firmware(other, restart_limit_s=1800).firmware_version == "1.2"
+        with connect(console) as device:
             assert device.info().firmware_version == "1.2"
             assert "flash: id 0xef4018, 2 images of 262144 bytes" in device.console("info", 900)
