@@ -71,6 +71,7 @@ class ULX3S(BoardSoC):
         max_block_size = 15,
         features       = ("xsobel",),
         sys_clk_freq   = 75000000,
+        with_screen    = True,
         density        = 0.7,
         seed           = 2,
     )
