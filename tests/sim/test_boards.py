@@ -83,7 +83,7 @@ def test_board(board):
     with start_simulation(board, timeout_s=900) as simulation:
         url, console = url_of(board, simulation), f"tcp://127.0.0.1:{simulation.port}"
         with connect(console) as device:
-            assert "selftest: passed" in device.console("selftest", 900)
+            assert "selftest: passed" in device.console("selftest", 1800)
         with connect(url) as device:
             disparity = device.compute(left, right, settings).disparity
             assert np.array_equal(disparity, expected_map(left, right, settings))
