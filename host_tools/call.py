@@ -17,12 +17,13 @@ from .protocol import REPLY, ErrorCode, Message, MessageType
 class LinkSettings:
     """Limits of a link.
 
-    `window_bytes` bounds the bytes of requests and their replies in flight, each way, and `window_requests` their
-    number: a device has room for so many that wait. On a serial line a
-    request is sent again when no reply at all has come for `timeout_floor_s` and the time that the bytes in
-    flight may take; `initial_bytes_per_s` is the speed until it has been measured, and that of a slow
-    simulation. The link gives up after `max_tries` of one request, or after `silence_limit_s`, when it begins
-    `hello_limit_s`, without any reply, be it broken. It waits as long for a device that another host uses.
+    `window_bytes` bounds the bytes of requests and their replies in flight, each way, and `window_requests`
+    their number: a device has room for so many that wait. On a serial line a request is sent again when no
+    reply at all has come for `timeout_floor_s` and the time that the bytes in flight may take;
+    `initial_bytes_per_s` is the speed until it has been measured, and that of a slow simulation. The link gives
+    up after `max_tries` of one request, or after `silence_limit_s`, when it begins `hello_limit_s`, without any
+    reply, be it broken; while the program was stopped does not count. It waits as long for a device that
+    another host uses.
     """
 
     window_bytes:        int   = 4096

@@ -89,4 +89,5 @@ class HDMIPHY(LiteXModule):
                 channel.encoder.c.eq(Cat(sink.hsync, sink.vsync) if number == 0 else 0),
                 channel.encoder.de.eq(sink.de),
             ]
-            self.specials += DDROutput(*channel.serializer.bits, getattr(pads, f"data{number}_p"), ClockSignal(f"{clock_domain}5x"))
+            pad = getattr(pads, f"data{number}_p")
+            self.specials += DDROutput(*channel.serializer.bits, pad, ClockSignal(f"{clock_domain}5x"))

@@ -26,6 +26,14 @@ PARTS    = 4
 LARGEST = 64
 
 
+class Matchers(dict[int, CosimMatcher]):
+    """Built when they are first wanted."""
+
+    def __missing__(self, disparities):
+        self[disparities] = CosimMatcher(1300, disparities, 21)
+        return self[disparities]
+
+
 @pytest.fixture(scope="module")
 def matchers():
     """Matchers wide enough for all pairs, by the disparities that they are built for."""
@@ -35,14 +43,6 @@ def matchers():
         yield (built := Matchers())
     for matcher in built.values():
         matcher.close()
-
-
-class Matchers(dict[int, CosimMatcher]):
-    """Built when they are first wanted."""
-
-    def __missing__(self, disparities):
-        self[disparities] = CosimMatcher(1300, disparities, 21)
-        return self[disparities]
 
 
 @pytest.mark.parametrize("part", range(PARTS))

@@ -209,12 +209,12 @@ def test_a_silent_device_is_given_up_within_the_limit():
 
 def test_sleep_is_no_silence():
     """A program that was stopped for longer than the limit has not listened, and hears what has come meanwhile."""
-    slept = []
-
     class Sleepy(ScriptedTransport):
+        to_sleep = False
+
         def read(self, timeout_s):
-            if slept == [None]:
-                slept[:] = ["once"]
+            if self.to_sleep:
+                self.to_sleep = False
                 time.sleep(2*QUICK.silence_limit_s)
                 return b""
             return super().read(timeout_s)
@@ -222,9 +222,9 @@ def test_sleep_is_no_silence():
     transport = Sleepy(answer)
     link      = Link(SerialChannel(transport), QUICK)
     link.hello()
-    slept.append(None)
+    transport.to_sleep = True
     assert link.call(MessageType.START).type == MessageType.START | REPLY
-    assert slept == ["once"]
+    assert not transport.to_sleep
 
 
 def test_broken_replies_are_no_silence():
