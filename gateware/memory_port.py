@@ -5,8 +5,8 @@
 
 """One face for the two kinds of memory port: LiteX's Wishbone and LiteDRAM's native port.
 
-A port read or written here is a `wishbone.Interface` with word addresses, or a `LiteDRAMNativePort`. Byte order in a word
-is the CPU's: the byte at the lowest address is in the low bits.
+A port read or written here is a `wishbone.Interface` with word addresses, a `LiteDRAMNativePort`, or one of these in another
+clock domain, by way of a `FarPort`. Byte order in a word is the CPU's: the byte at the lowest address is in the low bits.
 """
 
 from migen import *
@@ -21,11 +21,19 @@ from litedram.frontend.dma import LiteDRAMDMAReader, LiteDRAMDMAWriter
 
 from .common import *
 
+# Far Port -----------------------------------------------------------------------------------------
+
+class FarPort:
+    """What a core sees of a port in another clock domain: see `PortCrossing`.
+
+    It has `data_width` and the faces of a `MemoryReader` or a `MemoryWriter`: `sink`, `error`, and `source` or `written`.
+    """
+
 # Helpers ------------------------------------------------------------------------------------------
 
 def word_bytes(port):
     """Bytes of the port's words."""
-    check(isinstance(port, (wishbone.Interface, LiteDRAMNativePort)),
+    check(isinstance(port, (wishbone.Interface, LiteDRAMNativePort, FarPort)),
         f"a memory port must be a wishbone.Interface or a LiteDRAMNativePort, not a {type(port).__name__}.")
     check(port.data_width in [16, 32, 64, 128, 256],
         f"a memory port must be 16, 32, 64, 128 or 256 bits wide, not {port.data_width}.")
@@ -51,6 +59,11 @@ class MemoryReader(LiteXModule):
 
         # # #
 
+        if isinstance(port, FarPort):
+            self.sink   = port.sink
+            self.source = port.source
+            self.error  = port.error
+            return
         if isinstance(port, wishbone.Interface):
             bus       = _with_errors_as_answers(self, port)
             # "big" is LiteX's name for: leave the bytes of a word where they are.
@@ -72,6 +85,11 @@ class MemoryWriter(LiteXModule):
 
         # # #
 
+        if isinstance(port, FarPort):
+            self.sink    = port.sink
+            self.written = port.written
+            self.error   = port.error
+            return
         if isinstance(port, wishbone.Interface):
             bus       = _with_errors_as_answers(self, port)
             self.dma  = WishboneDMAWriter(bus, endianness="big")

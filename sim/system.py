@@ -148,9 +148,10 @@ def _prepare_modules(folder: Path, gateware: Path, arguments: dict[str, dict[str
             module["args"] = arguments[name]
         elif name == "clocker" and module["interface"] == ["eth_clk"]:
             module["args"]["freq_hz"] = byte_clock_hz
-    # The step of time in which both clocks have their edges, in ps.
+    # The step of time in which all clocks have their edges, in ps.
     (step,) = (entry for entry in config if "timebase" in entry)
-    step["timebase"] = math.gcd(*(10**12//hz//2 for hz in (SYS_CLK_HZ, byte_clock_hz)))
+    clocks  = [module["args"]["freq_hz"] for module in config if module.get("module") == "clocker"]
+    step["timebase"] = math.gcd(*(10**12//hz//2 for hz in clocks))
     (folder / "sim_config.js").write_text(json.dumps(config))
     modules = folder / "modules"
     modules.mkdir()

@@ -7,6 +7,7 @@ from migen import *
 
 from ..gateware.frame_link import FrameLink
 from ..gateware.network    import Network
+from ..gateware.parameters import check
 from .add_stereo           import BusPorts
 
 UDP_PORT    = 19539 # As docs/protocol.md has it.
@@ -37,7 +38,8 @@ class FrameLinkMixin:
         burst_bytes : int
             Bytes read or written in one go.
         streaming : bool, optional
-            Build the way of streamed frames from the wire through the matcher `stereo` and back; by default if there is one.
+            Build the way of streamed frames from the wire through the matcher `stereo` and back; by default if there is one that
+            takes them: its clock domain is `sys`.
         with_icmp : bool
             Answer a ping.
         pipelined : bool
@@ -46,7 +48,9 @@ class FrameLinkMixin:
         self.check_if_exists(name)
         stereo = getattr(self, "stereo", None)
         if streaming is None:
-            streaming = stereo is not None
+            streaming = hasattr(stereo, "pairs")
+        check(not streaming or hasattr(stereo, "pairs"),
+            "streamed frames need a matcher in the clock domain sys: set streaming to False.")
         if memory is None:
             memory = BusPorts(self, name)
         network = Network(phy, mac_address, ip_address, self.clk_freq, with_icmp, pipelined)

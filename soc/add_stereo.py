@@ -9,6 +9,7 @@ from litex.soc.interconnect import wishbone
 
 from ..gateware.parameters import FEATURES
 from ..gateware.peripheral import StereoPeripheral
+from ..gateware.peripheral_crossing import StereoPeripheralCrossing
 
 # Bus Ports ----------------------------------------------------------------------------------------
 
@@ -38,7 +39,7 @@ class StereoMixin:
     """Gives a LiteX SoC the method `add_stereo`: `class MySoC(StereoMixin, SoCCore)`."""
 
     def add_stereo(self, name="stereo", max_width=640, disparities=64, max_block_size=9, features=FEATURES, memory=None,
-        burst_bytes=128):
+        burst_bytes=128, clock_domain="sys"):
         """Add a stereo matcher with its DMA, registers and interrupt.
 
         Parameters
@@ -54,11 +55,14 @@ class StereoMixin:
             past it), a `WideRAM`, or by default the SoC's bus.
         burst_bytes : int
             Bytes read or written in one go.
+        clock_domain : str
+            Of matcher and DMA, where `sys` is too slow for them: see `StereoPeripheralCrossing`.
         """
         self.check_if_exists(name)
         if memory is None:
             memory = BusPorts(self, name)
-        stereo = StereoPeripheral(
+        crossed = clock_domain != "sys"
+        stereo  = (StereoPeripheralCrossing if crossed else StereoPeripheral)(
             read_port      = memory.get_port(mode="read"),
             write_port     = memory.get_port(mode="write"),
             max_width      = max_width,
@@ -66,6 +70,7 @@ class StereoMixin:
             max_block_size = max_block_size,
             features       = features,
             burst_bytes    = burst_bytes,
+            **({"clock_domain": clock_domain} if crossed else {}),
         )
         self.add_module(name=name, module=stereo)
         if self.irq.enabled:

@@ -49,6 +49,10 @@ class StereoBuilder(Builder):
             # Each is newer than what it is made of: make has nothing to do.
             shutil.copy(made / name, os.path.join(self.software_dir, "libc"))
 
+def build_simulator(gateware_dir):
+    """Run LiteX's script of a simulator, with a compiler per processor: by itself it starts one per file."""
+    subprocess.run(["bash", "build_sim.sh"], cwd=gateware_dir, check=True, env={**os.environ, "JOBS": str(os.cpu_count())})
+
 def picolibc(variables):
     """Folder with `PICOLIBC_FILES` for a processor: picolibc has more sources than all the rest, and needs 400 MB to build.
 

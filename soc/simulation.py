@@ -8,10 +8,10 @@
 import json
 import os
 import shutil
-import subprocess
 import sys
 
 from migen import *
+from migen.genlib.cdc import MultiReg
 
 from litex.gen import *
 
@@ -24,7 +24,7 @@ from litedram.core.controller import ControllerSettings
 from litedram.modules         import M12L64322A
 from litedram.phy.model       import SDRAMPHYModel
 
-from .builder        import StereoBuilder
+from .builder        import StereoBuilder, build_simulator
 from .ethernet_model import EthernetPHYModel
 from .stereo_soc     import StereoSoC
 from .wide_ram       import WideRAM
@@ -37,6 +37,9 @@ FLASH_BYTES    = 256*1024
 SYS_CLK_FREQ = int(1e6)
 RESET_CLOCKS = 64
 
+# Of a matcher with a clock of its own. The simulator takes a step at each multiple of all half periods' largest common divisor.
+MATCHER_CLK_FREQ = 2*SYS_CLK_FREQ
+
 # Pads of a stream of bytes each way, as litex_sim's modules know them.
 BYTES = [Subsignal(f"{side}_{name}", Pins(bits)) for side in ("source", "sink")
     for name, bits in [("valid", 1), ("ready", 1), ("data", 8)]]
@@ -44,6 +47,7 @@ BYTES = [Subsignal(f"{side}_{name}", Pins(bits)) for side in ("source", "sink")
 IO = [
     ("sys_clk", 0, Pins(1)),
     ("sys_rst", 0, Pins(1)),
+    ("matcher_clk", 0, Pins(1)),
     ("serial",  0, *BYTES),
     ("eth_clk", 0, Pins(1)),
     ("eth",     0, *BYTES),
@@ -69,6 +73,12 @@ class SimulatedCRG(LiteXModule):
             self.cd_por.clk.eq(clk),
             self.cd_sys.rst.eq(count != 0),
         ]
+
+    def add_matcher(self, clk):
+        """A clock of the matcher's own; the reset of `sys` holds it too, for some clocks longer."""
+        self.cd_matcher = ClockDomain()
+        self.specials += MultiReg(self.cd_sys.rst, self.cd_matcher.rst, "matcher")
+        self.comb     += self.cd_matcher.clk.eq(clk)
 
 # Simulated SoCs -----------------------------------------------------------------------------------
 
@@ -171,4 +181,4 @@ if __name__ == "__main__":
     memory, output_dir, matcher, modules_dir, *options = sys.argv[1:]
     gateware_dir = generate(memory, output_dir, json.loads(matcher), modules_dir)
     if options != ["--no-simulator"]:
-        subprocess.run(["bash", "build_sim.sh"], cwd=gateware_dir, check=True)
+        build_simulator(gateware_dir)

@@ -27,7 +27,7 @@ class StereoSoC(StereoMixin, FrameLinkMixin, SoCCore):
         LiteX platform of the board or of the simulation.
     sys_clk_freq : int
         System clock in Hz.
-    max_width, disparities, max_block_size, features, burst_bytes
+    max_width, disparities, max_block_size, features, burst_bytes, matcher_clock_domain
         Of the matcher: see `StereoMixin.add_stereo`.
     name : str
         What the device calls itself, at most 15 ASCII characters.
@@ -35,7 +35,7 @@ class StereoSoC(StereoMixin, FrameLinkMixin, SoCCore):
         Passed on to `SoCCore`.
     """
     def __init__(self, platform, sys_clk_freq, max_width=640, disparities=64, max_block_size=9, features=FEATURES,
-        burst_bytes=128, name="litestereo", **kwargs):
+        burst_bytes=128, matcher_clock_domain="sys", name="litestereo", **kwargs):
         soc_kwargs = dict(
             ident        = f"LiteStereo on {name}",
             cpu_type     = "vexriscv",
@@ -63,13 +63,14 @@ class StereoSoC(StereoMixin, FrameLinkMixin, SoCCore):
             features       = features,
             memory         = memory,
             burst_bytes    = burst_bytes,
+            clock_domain   = matcher_clock_domain,
         )
         self.add_link()
 
     # Hooks ----------------------------------------------------------------------------------------
 
     def add_clocking(self, platform, sys_clk_freq):
-        """Create the clock domain `sys`."""
+        """Create the clock domain `sys`, and the matcher's if it has one of its own."""
         raise NotImplementedError
 
     def add_main_memory(self):

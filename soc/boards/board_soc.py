@@ -32,6 +32,9 @@ SDR_SETTINGS = ControllerSettings(read_time=256, write_time=128)
 FLASH_IMAGES      = 2
 FLASH_IMAGE_BYTES = 256*1024
 
+# Clock domain of a matcher with a clock of its own.
+MATCHER_DOMAIN = "matcher"
+
 # Picture of a screen, and the clock of its pixels: monitors take it for 25.175 MHz.
 SCREEN_TIMINGS = "640x480@60Hz"
 PIXEL_DOMAIN   = "hdmi"
@@ -68,12 +71,17 @@ class BoardSoC(StereoSoC):
     memory_bits     = 32   # width of its bus,
     memory_rate     = "1:1"
     memory_settings = None # and settings of its controller.
+    matcher_clock   = False # Whether the matcher can have a clock of its own, in the domain `MATCHER_DOMAIN`.
 
     flash_offset      = 4*1024*1024 # Of the firmware's images, behind the largest bitstream.
     flash_images      = FLASH_IMAGES
     flash_image_bytes = FLASH_IMAGE_BYTES
 
     def __init__(self, preset, platform=None, sys_clk_freq=None, **kwargs):
+        check(self.matcher_clock or not preset.matcher_hz,
+            f"the {self.board_name} has no clock for the matcher alone: leave out matcher_hz.")
+        check(not (preset.matcher_hz and preset.streaming),
+            "streamed frames go with the system's clock: leave out matcher_hz or streaming.")
         self.preset    = preset
         self.pipelined = preset.sys_clk_freq > UNPIPELINED_HZ
         soc_kwargs  = dict(
@@ -92,6 +100,7 @@ class BoardSoC(StereoSoC):
             max_block_size = preset.max_block_size,
             features       = preset.features,
             burst_bytes    = preset.burst_bytes,
+            matcher_clock_domain = MATCHER_DOMAIN if preset.matcher_hz else "sys",
             **soc_kwargs)
         self.add_screen()
         self.add_bus_registers()

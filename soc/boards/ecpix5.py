@@ -29,7 +29,7 @@ from .target    import main
 
 class ECPIX5CRG(LiteXModule):
     """DDR3's clock of twice the system's is stopped and started by its PHY; the system's is made from it."""
-    def __init__(self, platform, sys_clk_freq):
+    def __init__(self, platform, sys_clk_freq, matcher_hz):
         self.rst        = Signal() # From the SoC's reset register.
         self.stop       = Signal() # Of the PHY,
         self.reset      = Signal() # while it aligns its clocks.
@@ -66,6 +66,11 @@ class ECPIX5CRG(LiteXModule):
             ),
             AsyncResetSynchronizer(self.cd_sys, ~pll.locked | self.reset),
         ]
+        if matcher_hz:
+            self.cd_matcher = ClockDomain()
+            pll.create_clkout(self.cd_matcher, matcher_hz, with_reset=False)
+            # Not before the system: its side of the crossings has to have stood still for a while.
+            self.specials += AsyncResetSynchronizer(self.cd_matcher, ResetSignal("sys"))
 
 # SoC ----------------------------------------------------------------------------------------------
 
@@ -77,6 +82,7 @@ class ECPIX5(BoardSoC):
     memory_module = MT41K256M16
     memory_bits   = 16
     memory_rate   = "1:2"
+    matcher_clock = True
     preset        = Preset(
         disparities    = 128,
         max_block_size = 15,
@@ -91,7 +97,7 @@ class ECPIX5(BoardSoC):
         return Platform(device=self.device)
 
     def add_clocking(self, platform, sys_clk_freq):
-        self.crg = ECPIX5CRG(platform, sys_clk_freq)
+        self.crg = ECPIX5CRG(platform, sys_clk_freq, self.preset.matcher_hz)
 
     def make_memory_phy(self, module):
         self.ddrphy = ECP5DDRPHY(self.platform.request("ddram"), sys_clk_freq=self.sys_clk_freq)

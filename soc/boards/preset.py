@@ -22,7 +22,8 @@ class Preset:
     max_block_size: int             = option(9, "Largest block size, odd.")
     max_width:      int             = option(640, "Widest image in pixels.")
     features:       tuple[str, ...] = option(FEATURES, "Optional stages of the matcher.")
-    sys_clk_freq:   int             = option(60000000, "Clock of system and matcher in Hz.")
+    sys_clk_freq:   int             = option(60000000, "Clock of the system in Hz.")
+    matcher_hz:     int             = option(0, "Clock of matcher and DMA in Hz, if it is not the system's.")
     cpu_variant:    str             = option("lite", "Variant of the VexRiscv.")
     # Long bursts: after each one SDRAM changes its row.
     burst_bytes:    int             = option(256, "Bytes that are read or written in one go.")
@@ -35,4 +36,9 @@ class Preset:
     @property
     def frames_per_second(self) -> float:
         """Frames of 640 x 480 that the matcher makes in a second at a pixel per clock."""
-        return self.sys_clk_freq/(640*480)
+        return self.pixels_per_second/(640*480)
+
+    @property
+    def pixels_per_second(self) -> int:
+        """What the matcher takes at a pixel per clock."""
+        return self.matcher_hz or self.sys_clk_freq

@@ -35,9 +35,9 @@ def preset_row(board: str) -> list:
     """A board and its preset."""
     preset = soc_class(board).preset
     return [board, preset.disparities, preset.max_block_size, ", ".join(preset.features), preset.cpu_variant,
-        f"{preset.sys_clk_freq/1e6:g}", f"{preset.frames_per_second:.1f}"]
+        f"{preset.sys_clk_freq/1e6:g}", f"{preset.pixels_per_second/1e6:g}", f"{preset.frames_per_second:.1f}"]
 
-PRESET_COLUMNS = ["board", "disparities", "block", "features", "VexRiscv", "MHz", "frames per second"]
+PRESET_COLUMNS = ["board", "disparities", "block", "features", "VexRiscv", "system, MHz", "matcher, MHz", "frames per second"]
 
 def preset_text() -> str:
     """What is built for each board."""
@@ -84,7 +84,7 @@ def peer_rows(builds: dict[str, dict]) -> list[list]:
         f"{peer.evaluations/1e6:,.0f}", peer.device]) for peer in PEERS]
     for board, built in builds.items():
         preset = soc_class(board).preset
-        rate   = preset.disparities*preset.sys_clk_freq
+        rate   = preset.disparities*preset.pixels_per_second
         rows.append((rate, [f"**LiteStereo, {board}**", "XSobel, SAD", "640 x 480", preset.disparities,
             f"{preset.frames_per_second:.1f}", f"{rate/1e6:,.0f}", built["device"]]))
     return [row for _, row in sorted(rows, key=lambda item: -item[0])]

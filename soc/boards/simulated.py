@@ -8,7 +8,6 @@
 import json
 import os
 import shutil
-import subprocess
 import sys
 
 from migen import ClockDomainsRenamer
@@ -17,9 +16,9 @@ from litex.build.sim import SimPlatform
 
 from litedram.phy.model import SDRAMPHYModel
 
-from ..builder        import StereoBuilder
+from ..builder        import StereoBuilder, build_simulator
 from ..ethernet_model import EthernetPHYModel
-from ..simulation     import IO, SYS_CLK_FREQ, SimulatedCRG, SimulatedSoC
+from ..simulation     import IO, MATCHER_CLK_FREQ, SYS_CLK_FREQ, SimulatedCRG, SimulatedSoC
 from ..video_model    import VideoPHYModel
 from .                import soc_class
 from .board_soc       import BoardSoC, PIXEL_DOMAIN, PIXEL_HZ
@@ -38,6 +37,8 @@ def simulated(board):
 
         def add_clocking(self, platform, sys_clk_freq):
             self.crg = SimulatedCRG(platform.request("sys_clk"))
+            if self.preset.matcher_hz:
+                self.crg.add_matcher(platform.request("matcher_clk"))
 
         def make_memory_phy(self, module):
             self.sdrphy = SDRAMPHYModel(module, data_width=base.memory_bits, clk_freq=self.preset.sys_clk_freq)
@@ -61,6 +62,8 @@ def simulated(board):
         def sim_config():
             """As of the other simulated SoCs; with a screen, what it shows goes to a file."""
             config = SimulatedSoC.sim_config()
+            if base.preset.matcher_hz:
+                config.add_clocker("matcher_clk", freq_hz=MATCHER_CLK_FREQ)
             if base.preset.with_screen:
                 config.add_module("video2file", "video")
             return config
@@ -85,7 +88,7 @@ def build(board, output_dir, modules_dir):
     )
     with open(os.path.join(output_dir, "board.json"), "w") as file:
         json.dump({"rom": soc.rom_bytes, "flash": {"bytes": soc.flash_image_bytes, "images": soc.flash_images}}, file)
-    subprocess.run(["bash", "build_sim.sh"], cwd=builder.gateware_dir, check=True)
+    build_simulator(builder.gateware_dir)
 
 if __name__ == "__main__":
     build(*sys.argv[1:])

@@ -3,21 +3,25 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Crossing: a stream between two clocks, of any frequencies and phases."""
+"""Crossing and PulseCrossing: a stream, and pulses, between two clocks of any frequencies and phases."""
 
 from __future__ import annotations
+
+from functools import reduce
+from operator import xor
 
 from litex.gen import LiteXModule
 from migen import Cat, If, Memory, Module, Signal
 from migen.genlib.cdc import MultiReg
 
 from litestereo.gateware.crossing import Crossing
+from litestereo.gateware.pulse_crossing import PulseCrossing
 
 from .proof import Proof
 from .streams import queue, taken
 
 DEPTH = 4
-BITS  = 3  # Of a pointer.
+MOST  = 3  # Pulses under way.
 
 
 class OneClock(Module):
@@ -82,23 +86,58 @@ def crossing(make=Crossing) -> Proof:
     memory = next(special for special in whole._fragment.specials if isinstance(special, Memory))
     for place in range(DEPTH):
         port    = memory.get_port(async_read=True)
-        address = Signal(BITS - 1)
+        address = Signal(max=DEPTH)
         proof.specials += port
         proof.comb += [address.eq(chain[2] + place), port.adr.eq(address)]
         proof.prove(f"the memory holds item {place}", (place >= level) | (port.dat_r == items[place]))
     return proof
 
 
+def pulse_crossing(make=PulseCrossing) -> Proof:
+    """Pulses in at edges of one clock, out at edges of the other."""
+    core            = make("into", "out", most=MOST)
+    into, out, wish = Signal(), Signal(), Signal()
+    whole           = OneClock(core, into=into, out=out)
+    proof           = Proof(whole)
+    level, waits    = Signal(max=MOST + 1), Signal(2)
+    comes, goes     = Signal(), Signal()
+    proof.free(into, out, wish)
+    proof.comb += [core.i.eq(wish & into), comes.eq(wish & into), goes.eq(core.o & out)]
+    proof.sync += [
+        level.eq(level + comes - goes),
+        If(goes | (level == 0), waits.eq(0)).Elif(out, waits.eq(waits + 1)),
+    ]
+    proof.assume("no more are under way than it is made for", ~comes | (level != MOST))
+    proof.prove("a pulse comes out for one that came in", ~core.o | (level != 0))
+    proof.prove("it comes out after two clocks of its side at most", waits <= 2)
+    proof.reach("as many as can be are under way, then none", (level == 0) & ended(proof, level == MOST))
+
+    # How the registers belong together, for the induction.
+    come, gone    = [counter for _, counter in core._submodules]
+    first, second = whole.regs[0]
+    chain         = [pointer(proof, gray) for gray in (gone.q, second, first, come.q)]
+    way           = Signal(8)
+    proof.comb += way.eq(sum(distance(proof, behind, ahead) for behind, ahead in zip(chain, chain[1:], strict=False)))
+    proof.prove("counts are in order", way <= MOST)
+    proof.prove("what is under way is between them", level == distance(proof, chain[0], chain[3]))
+    proof.prove("a pulse that waited is in the first register", (waits == 0) | (first != gone.q))
+    proof.prove("one that waited longer is in the second", (waits < 2) | (second != gone.q))
+    for counter, binary in [(come, chain[3]), (gone, chain[0])]:
+        proof.prove(f"{'come' if counter is come else 'gone'} is the Gray code of its binary",
+                    counter.q_binary == binary)
+    return proof
+
+
 def pointer(proof: Proof, gray: Signal) -> Signal:
     """Binary number of a Gray code."""
-    binary = Signal(BITS)
-    proof.comb += binary.eq(gray ^ gray[1:] ^ gray[2:])
+    binary = Signal(len(gray))
+    proof.comb += binary.eq(reduce(xor, (gray[bit:] for bit in range(len(gray)))))
     return binary
 
 
 def distance(proof: Proof, behind: Signal, ahead: Signal) -> Signal:
     """How far one pointer is ahead of another."""
-    difference = Signal(BITS)
+    difference = Signal(len(ahead))
     proof.comb += difference.eq(ahead - behind)
     return difference
 

@@ -8,7 +8,7 @@
 import pytest
 
 from formal.__main__ import TASKS, Task
-from formal.crossing import crossing
+from formal.crossing import crossing, pulse_crossing
 from formal.line_buffer import line_buffer
 from formal.map_parts import map_parts
 from formal.matcher import matcher
@@ -72,6 +72,12 @@ FAULTS = {
         'ready.source.connect(data.sink, omit={"last"}),', "items come out as they went in, in order"),
     "an item too many": (
         crossing, "crossing", "Crossing", "sink.ready.eq(~full)", "sink.ready.eq(1)", "pointers are in order"),
+    "a pulse that comes twice": (
+        pulse_crossing, "pulse_crossing", "PulseCrossing", "gone.ce.eq(self.o)",
+        "gone.ce.eq(self.o & (counted[0] != gone.q[0]))", "a pulse comes out for one that came in"),
+    "a pulse lost": (
+        pulse_crossing, "pulse_crossing", "PulseCrossing", "self.o.eq(gone.q != counted)",
+        "self.o.eq(gone.q[0] != counted[0])", "after two clocks of its side at most"),
     "a message held too long": (
         arbiter, "message_arbiter", "MessageArbiter", "If(self.source.valid & self.source.ready,",
         "If(self.payload.valid & self.payload.ready,", "behind its end there is a clock without"),

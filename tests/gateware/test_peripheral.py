@@ -10,7 +10,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from litedram.common import LiteDRAMNativePort
+from litex.gen import LiteXModule
 from litex.soc.interconnect import wishbone
+from migen import ClockDomain, Signal
 
 from litestereo.gateware.frame_settings import NO_CHECK, frame_settings
 from litestereo.gateware.parameters import FEATURES
@@ -21,6 +23,7 @@ from litestereo.gateware.peripheral import (
     ERROR_NONE,
     StereoPeripheral,
 )
+from litestereo.gateware.peripheral_crossing import StereoPeripheralCrossing
 from litestereo.sim.pin_core import PinCore
 from litestereo.sim.stereobm import StereoSettings, stereo_bm
 from support.memory import Memory, port_pins, slave
@@ -65,30 +68,73 @@ PORTS = {
     "native-64":    lambda: (native_port(64, "read"), native_port(64, "write")),
 }
 
+# Likewise, with the matcher on a clock of its own.
+CROSSED = {f"{name} crossed": PORTS[name] for name in ("wishbone-32", "native-64")}
+
+
+class Crossed(LiteXModule):
+    """The peripheral with its matcher on a clock, and with a reset, that are inputs."""
+    def __init__(self, *arguments, **options):
+        self.matcher_clk, self.matcher_rst = Signal(), Signal()
+        self.cd_matcher  = ClockDomain()
+        self.peripheral  = StereoPeripheralCrossing(*arguments[:2], "matcher", *arguments[2:], **options)
+        self.comb += [self.cd_matcher.clk.eq(self.matcher_clk), self.cd_matcher.rst.eq(self.matcher_rst)]
+
 
 class Bench:
     """The peripheral with memory behind its ports, and a frame's life seen from its registers."""
     def __init__(self, kind, rng, features=FEATURES):
-        ports    = dict(zip(("read", "write"), PORTS[kind](), strict=True))
-        self.dut = dut = StereoPeripheral(ports["read"], ports["write"], MAX_WIDTH, DISPARITIES, MAX_BLOCK,
-                                          features, burst_bytes=64, with_csr=False)
+        ports    = dict(zip(("read", "write"), (PORTS | CROSSED)[kind](), strict=True))
+        self.crossed = kind in CROSSED
+        top      = (Crossed if self.crossed else StereoPeripheral)(
+            ports["read"], ports["write"], MAX_WIDTH, DISPARITIES, MAX_BLOCK, features, burst_bytes=64, with_csr=False)
+        self.dut = dut = top.peripheral if self.crossed else top
         inputs   = {name: getattr(dut, name) for name in (*SETTINGS, "start", "abort")}
-        inputs  |= {f"pairs_{name}": getattr(dut.pairs, name) for name in ("valid", "first", "last", "left", "right")}
         outputs  = {name: getattr(dut, name)
                     for name in ("busy", "done", "failed", "error_code", "clocks", "first_row_clocks", "frames")}
-        outputs |= {"pairs_ready": dut.pairs.ready}
-        outputs |= {f"map_{name}": getattr(dut.map, name) for name in ("valid", "last", "disparity")}
+        if self.crossed:
+            inputs  |= {name: getattr(top, name) for name in ("matcher_clk", "matcher_rst")}
+        else:
+            inputs  |= {f"pairs_{name}": getattr(dut.pairs, name)
+                        for name in ("valid", "first", "last", "left", "right")}
+            outputs |= {"pairs_ready": dut.pairs.ready}
+            outputs |= {f"map_{name}": getattr(dut.map, name) for name in ("valid", "last", "disparity")}
         for name, port in ports.items():
             more_inputs, more_outputs = port_pins(name, port)
             inputs  |= more_inputs
             outputs |= more_outputs
         self.rng    = rng
-        self.core   = PinCore(dut, inputs, outputs)
+        self.core   = PinCore(top, inputs, outputs)
         self.memory = Memory(MEMORY_BYTES, dut.alignment, rng)
         self.slaves = [slave(self.core, name, port, self.memory) for name, port in ports.items()]
         self.clocks = 0
+        self.paces  = [(0.3, 1.0), (1.0, 1.0), (1.0, 3.0)]
+        self.reset()
+
+    def reset(self):
+        """Both clocks see the reset, and are in it at once for a while."""
+        self.pace, self.due = 1.0, 0.0  # Clocks of the matcher to one of the ports, and how many are to come.
+        for _ in range(4):
+            self.matcher_clocks(1, matcher_rst=1)
+            self.core.reset()
+        self.matcher_clocks(1, matcher_rst=0)
+        for one in self.slaves:
+            one.reset()
+
+    def matcher_clocks(self, count, **inputs):
+        """Edges of the matcher's own clock, if it has one."""
+        if self.crossed:
+            self.core.set(**inputs)
+            for _ in range(count):
+                self.core.set(matcher_clk=1)
+                self.core.set(matcher_clk=0)
 
     def clock(self):
+        if self.clocks % 400 == 0:
+            self.pace = self.rng.uniform(*self.rng.choice(self.paces))
+        self.due += self.pace
+        self.matcher_clocks(int(self.due))
+        self.due -= int(self.due)
         for one in self.slaves:
             one.step()
         events = [name for name in ("done", "failed") if self.core.get(name)]
@@ -203,13 +249,16 @@ class Bench:
         assert sorted(self.memory.reads) == images, "each word of the images is read once"
 
 
-@pytest.fixture(params=PORTS)
+@pytest.fixture(params=[*PORTS, "native-64 crossed"])
 def bench(request):
     rng   = byte_generator(20, request.param)
     bench = Bench(request.param, rng)
     yield bench
     bench.core.close()
 
+
+#: Tests of streamed frames, which the crossing does not have.
+streaming = pytest.mark.parametrize("bench", PORTS, indirect=True)
 
 SIZES = [(20, 5, 5), (21, 5, 5), (MAX_WIDTH, 9, 9), (MAX_WIDTH, 13, 7), (37, 11, 5), (24, 9, 9)]
 
@@ -228,8 +277,21 @@ def test_counts_clocks(bench):
     bench.begin(MAX_WIDTH, 9)
     start = bench.clocks
     assert bench.end() == ["done"]
-    assert abs(bench.core.get("clocks") - (bench.clocks - start)) <= 1
+    assert bench.core.get("clocks") == bench.clocks - start
     assert 5*MAX_WIDTH < bench.core.get("first_row_clocks") < bench.core.get("clocks")
+
+
+def test_a_faster_clock_is_a_faster_frame():
+    """The matcher's own clock sets the pace where memory keeps up: nearly half the clocks at twice the frequency."""
+    bench  = Bench("native-64 crossed", byte_generator(25))
+    clocks = []
+    for pace in (1.0, 2.0):
+        bench.paces, bench.pace = [(pace, pace)], pace
+        bench.check_frame(MAX_WIDTH, 60)
+        clocks.append(bench.core.get("clocks"))
+    assert clocks[0] < 1.3*MAX_WIDTH*60
+    assert clocks[1] < 0.55*clocks[0]
+    bench.core.close()
 
 
 def test_abort_and_restart(bench):
@@ -277,6 +339,7 @@ def test_start_while_busy(bench):
     assert not any(bench.clock() for _ in range(200))
 
 
+@streaming
 def test_streamed(bench):
     """Pixels from the stream, whatever its and the memory's speed, in turn with frames from memory."""
     for turn, size in enumerate(SIZES[1:4]):
@@ -286,6 +349,7 @@ def test_streamed(bench):
             bench.check_frame(*size)
 
 
+@streaming
 def test_abort_of_streamed_frames(bench):
     """A streamed frame given up at any clock ends soon, with pairs on offer or not, and the next one is right."""
     for turn in range(6):
@@ -303,6 +367,7 @@ def test_abort_of_streamed_frames(bench):
         (bench.check_streamed if turn % 3 else bench.check_frame)(*SIZES[turn % len(SIZES)])
 
 
+@streaming
 def test_pairs_wait_while_no_streamed_frame_is_under_way(bench):
     """They are neither taken between frames nor by a frame from memory."""
     bench.core.set(pairs_valid=1)
@@ -384,7 +449,7 @@ def test_stages_that_are_not_built(features, base, missing):
     bench.core.close()
 
 
-@pytest.mark.parametrize("kind", ["wishbone-32", "wishbone-128"])
+@pytest.mark.parametrize("kind", ["wishbone-32", "wishbone-128", "wishbone-32 crossed"])
 def test_bus_error(kind):
     """An error on any access ends the frame with its code, and the next one is right."""
     bench = Bench(kind, byte_generator(22, kind))
@@ -405,8 +470,6 @@ def test_reset_in_mid_frame(bench):
         bench.begin(33, 11)
         for _ in range(bench.rng.randrange(900)):
             bench.clock()
-        bench.core.reset()
-        for one in bench.slaves:
-            one.reset()
+        bench.reset()
         assert not bench.core.get("busy")
         bench.check_frame(*SIZES[turn % len(SIZES)])

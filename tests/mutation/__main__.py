@@ -38,7 +38,11 @@ TESTS = {
     # The peripheral does not ask for all marks, the proof does.
     "pair_reader":         ["formal/test_formal.py", "gateware/test_peripheral.py",
                             "-k", "test_peripheral or passes and PairReader"],
+    "peripheral_crossing": ["gateware/test_peripheral.py", "-k", "crossed or faster"],
+    "port_crossing":       ["gateware/test_port_crossing.py", "gateware/test_peripheral.py",
+                            "-k", "test_port_crossing or crossed or faster"],
     "prefilter":           ["gateware/test_pixels.py", "-k", "prefilter"],
+    "pulse_crossing":      ["formal/test_formal.py", "-k", "passes and PulseCrossing"],
     "raster":              ["gateware/test_pixels.py", "-k", "raster"],
     "stream_writer":       ["gateware/test_peripheral.py"],
     "subpixel":            ["gateware/test_verdict.py", "-k", "subpixel or neighbours"],

@@ -42,13 +42,15 @@ def main() -> int:
     parser.add_argument("--frames", type=int, default=100_000, help="frames to match (default: %(default)s)")
     parser.add_argument("--seed", type=int, default=1, help="what draws everything (default: %(default)s)")
     parser.add_argument("--haste", type=int, default=1, help="faults come so many times as often (default: 1)")
+    parser.add_argument("--own-clock", action="store_true", help="the matcher has a clock of its own")
     options = parser.parse_args()
     console = Console(stderr=True)
     with console.status("building the simulated SoC with its firmware for this computer (a minute)"):
-        build()
+        build(options.own_clock)
     columns = (BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TimeRemainingColumn())
     try:
-        with machine(options.seed, options.haste) as running, Progress(*columns, console=console) as progress:
+        with machine(options.seed, options.haste, options.own_clock) as running, \
+                Progress(*columns, console=console) as progress:
             task  = progress.add_task("soak", total=options.frames)
             tally = Host(running, np.random.default_rng(options.seed),
                          lambda tally: progress.update(task, completed=tally.frames)).run(options.frames)

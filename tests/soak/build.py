@@ -37,19 +37,20 @@ def _sources() -> list[Path]:
     return [*(path for path in ours if path not in ELSEWHERE), SOAK / "firmware.c", WIRE / "ethernet2socket.c"]
 
 
-def build() -> Path:
-    """The program `soak`; made once for each content.
+def build(own_clock: bool = False) -> Path:
+    """The program `soak`; made once for each content. With `own_clock` the matcher has one.
 
     Raises
     ------
     ToolError
         A tool failed; the message names the log.
     """
-    files   = {name: re.sub(r"^//.*$", "", text, flags=re.MULTILINE) for name, text in emitted().items()}
+    files   = {name: re.sub(r"^//.*$", "", text, flags=re.MULTILINE) for name, text in emitted(own_clock).items()}
     (litex,) = importlib.util.find_spec("litex").submodule_search_locations
     includes = [SOAK / "include", SOAK, FIRMWARE / "include", FIRMWARE, WIRE, Path(litex) / "build" / "sim" / "core"]
     ours     = [path.read_bytes() for path in sorted(SOAK.rglob("*")) if path.suffix in (".c", ".cpp", ".h")]
-    key      = content_key([*files.values(), *ours, source_key(FIRMWARE, WIRE.parent), *C_FLAGS, *VERILATOR])
+    clocks   = ["-CFLAGS", f"-DMATCHER_CLOCK={int(own_clock)}"]
+    key      = content_key([*files.values(), *ours, source_key(FIRMWARE, WIRE.parent), *C_FLAGS, *VERILATOR, *clocks])
 
     def make(folder: Path) -> None:
         (folder / "generated").mkdir()
@@ -60,7 +61,7 @@ def build() -> Path:
         for number, source in enumerate(_sources()):
             objects.append(folder / f"{number}_{source.stem}.o")
             run_logged(["gcc", *C_FLAGS, *flags, "-c", source, "-o", objects[-1]], folder, "gcc.log")
-        run_logged([*VERILATOR, "-CFLAGS", " ".join(flags), "core.v", SOAK / "machine.cpp", *objects], folder,
+        run_logged([*VERILATOR, *clocks, "-CFLAGS", " ".join(flags), "core.v", SOAK / "machine.cpp", *objects], folder,
                    "verilator.log")
         run_logged(["make", "-s", "-j2", "-C", "obj_dir", "-f", "Vcore.mk"], folder, "build.log")
 

@@ -31,11 +31,12 @@ class Machine:
     url:     str
     ways:    tuple[Faults, Faults]
     process: subprocess.Popen
+    streams: bool  #: whether it matches frames as they come
     counts:  dict[str, int] = field(default_factory=dict)
 
 
 @contextlib.contextmanager
-def machine(seed: int, haste: int = 1) -> Iterator[Machine]:
+def machine(seed: int, haste: int = 1, own_clock: bool = False) -> Iterator[Machine]:
     """Runs the system until the end of the block.
 
     Parameters
@@ -44,6 +45,8 @@ def machine(seed: int, haste: int = 1) -> Iterator[Machine]:
         Draws all faults.
     haste
         How many times as often resets, hangs, bus errors and changes of stalls and clocks come: for short runs.
+    own_clock
+        The matcher has a clock of its own.
 
     Raises
     ------
@@ -52,15 +55,16 @@ def machine(seed: int, haste: int = 1) -> Iterator[Machine]:
     """
     ways = tuple(Faults(**NETWORK, rng=byte_generator(90, seed, way)) for way in (0, 1))
     pipe = subprocess.PIPE
-    log  = build().parents[1] / f"soak-{seed}.log"
+    soak = build(own_clock)
+    log  = soak.parents[1] / f"soak-{seed}.log"
     with open(log, "w") as errors, \
-            subprocess.Popen([build(), str(seed), str(haste)], stdout=pipe, stderr=errors, text=True) as process:
+            subprocess.Popen([soak, str(seed), str(haste)], stdout=pipe, stderr=errors, text=True) as process:
         try:
             line = process.stdout.readline()
             if not line.startswith(ANNOUNCEMENT):
                 raise RuntimeError(f"the simulated SoC does not start: see {log}")
             with udp_proxied(int(line.removeprefix(ANNOUNCEMENT)), *ways) as network:
-                running = Machine(network.url, ways, process)
+                running = Machine(network.url, ways, process, streams=not own_clock)
                 yield running
         finally:
             process.terminate()

@@ -41,6 +41,9 @@ uint8_t *memory;
 ext_module_s wire_module;
 void *wire;
 uint64_t random_state, now, eth_half = 1000, next_sys, next_eth;
+#if MATCHER_CLOCK
+uint64_t matcher_half = 1000, next_matcher;
+#endif
 uint64_t due[FAULTS];
 unsigned mood;
 uint32_t hurry;
@@ -171,16 +174,37 @@ void befall()
         mood = (unsigned)drawn(4);
     }
     if (machine_strikes(RATIO_STRIKES, RATIO_CLOCKS)) {
-        // The wire between a quarter and two and a half times as fast as the system: a word is four bytes.
+        // Between a quarter and two and a half times as fast as the system. A word of the wire is four bytes.
         eth_half = 400 + drawn(3600);
+#if MATCHER_CLOCK
+        matcher_half = 400 + drawn(3600);
+#endif
         machine_counts.ratios++;
     }
     error_due |= machine_strikes(ERROR_STRIKES, ERROR_CLOCKS) != 0;
 }
 
+// An edge of the matcher's own clock, if it has one and that is what comes first.
+bool step_of_matcher()
+{
+#if MATCHER_CLOCK
+    if (next_matcher < next_sys && next_matcher < next_eth) {
+        next_matcher += matcher_half;
+        core->matcher_clk = !core->matcher_clk;
+        core->eval();
+        return true;
+    }
+#endif
+    return false;
+}
+
 // One edge of one clock, whichever comes first.
 void step()
 {
+    if (step_of_matcher()) {
+        return;
+    }
+
     bool of_sys = next_sys <= next_eth;
 
     now = of_sys ? next_sys : next_eth;

@@ -75,7 +75,7 @@ class Host:
 
     def _connected(self) -> Device:
         if self.device is None:
-            self.streamed = bool(self.rng.integers(2))
+            self.streamed = bool(self.rng.integers(2)) and self.machine.streams
             self.device   = connect(self.machine.url + ("?mode=streamed" if self.streamed else ""), LINK)
         return self.device
 

@@ -53,11 +53,16 @@ class Ports(LiteXModule):
 
 
 class SoakSoC(StereoSoC):
-    """Matcher, frame link, LiteEth's UDP core, timer, watchdog and reset record; a bus master at pins is the CPU."""
-    def __init__(self) -> None:
+    """Matcher, frame link, LiteEth's UDP core, timer, watchdog and reset record; a bus master at pins is the CPU.
+
+    With `own_clock` the matcher's clock is a pin besides, and there are no streamed frames.
+    """
+    def __init__(self, own_clock: bool) -> None:
         self.pins: set[Signal] = set()
+        self.own_clock = own_clock
         StereoSoC.__init__(self, SimPlatform("SIM", []), CLOCK_HZ, name="soak", cpu_type=None, cpu_variant=None,
-                           ident="", with_uart=False, integrated_rom_size=0, integrated_sram_size=0, **MATCHER)
+                           ident="", with_uart=False, integrated_rom_size=0, integrated_sram_size=0,
+                           matcher_clock_domain="matcher" if own_clock else "sys", **MATCHER)
         host = wishbone.Interface(data_width=32, address_width=32, addressing="word")
         self.bus.add_master(name="host", master=host)
         for name in ("adr", "dat_w", "cyc", "stb", "we", "sel"):
@@ -78,6 +83,8 @@ class SoakSoC(StereoSoC):
 
     def add_clocking(self, platform, sys_clk_freq) -> None:
         self.crg = SimulatedCRG(self.pin("sys_clk", 1))
+        if self.own_clock:
+            self.crg.add_matcher(self.pin("matcher_clk", 1))
 
     def add_main_memory(self) -> Ports:
         self.ports = Ports(self.pin)
@@ -88,11 +95,11 @@ class SoakSoC(StereoSoC):
         self.add_frame_link(self.ethphy, memory=self.memory, burst_bytes=self.burst_bytes)
 
 
-def emitted() -> dict[str, str]:
+def emitted(own_clock: bool) -> dict[str, str]:
     """Verilog of the SoC, and the headers that LiteX generates for its firmware: name and text of each file."""
     # LiteX tells all that it does.
     logging.disable(logging.WARNING)
-    soc = SoakSoC()
+    soc = SoakSoC(own_clock)
     soc.finalize()
     return {
         "core.v": with_garbage(verilog.convert(soc.get_fragment(), ios=soc.pins, name="core").main_source),

@@ -38,6 +38,15 @@ def test_soak():
     assert running.counts["starts after watchdog"] == running.counts["hangs"]
 
 
+def test_soak_of_a_matcher_with_its_own_clock():
+    """Likewise, and the third clock is any multiple of the system's from a quarter up."""
+    with machine(SEED, haste=40, own_clock=True) as running:
+        tally = soaked(running, 150)
+    assert (tally.lost, tally.wrong) == (0, 0)
+    assert tally.frames >= 150 and tally.recoveries > 0
+    assert all(running.counts[name] > 0 for name in ("stalls", "freezes", "bus_errors", "resets", "hangs", "ratios"))
+
+
 def test_a_wrong_map_is_found(monkeypatch):
     """One pixel of one expected map is another."""
     def altered(rng, count):

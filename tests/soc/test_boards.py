@@ -11,6 +11,7 @@ import json
 import re
 import shutil
 import zlib
+from dataclasses import replace
 
 import pytest
 
@@ -180,6 +181,16 @@ def test_target(board, monkeypatch, capsys):
     if soc_class(board).preset.with_icmp:
         changed["with_icmp"] = False
     assert calls == [(board, {}), (board,), (board, changed)]
+
+
+@pytest.mark.parametrize("board, changes, reason", [
+    ("ulx3s",  {"matcher_hz": 100000000, "streaming": False}, "no clock for the matcher alone"),
+    ("ecpix5", {"matcher_hz": 100000000, "streaming": True},  "streamed frames go with the system's clock"),
+])
+def test_clock_of_the_matcher(board, changes, reason):
+    """A preset that no board has, or that cannot be, is refused with what to leave out."""
+    with pytest.raises(ValueError, match=f"{reason}.*leave out"):
+        soc_class(board)(replace(soc_class(board).preset, **changes))
 
 
 def test_target_that_fails(monkeypatch, capsys):
