@@ -4,7 +4,7 @@
 # SPDX-License-Identifier: BSD-2-Clause
 
 PYTHON := .venv/bin/python
-# Where `make sim` listens, and the main memory of its SoC: integrated-ram or sdram.
+# Where `make sim` listens, and the main memory of its SoC: integrated-ram, sdram, or a board for its own.
 PORT     ?= 2000
 UDP_PORT ?= 19539
 RAM      ?= integrated-ram

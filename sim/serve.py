@@ -11,6 +11,7 @@ import argparse
 import sys
 
 from ..host_tools.protocol import UDP_PORT
+from ..soc.boards import BOARDS
 from .build import MEMORIES, SimulationError
 from .system import start_simulation
 
@@ -22,7 +23,8 @@ def main() -> int:
     parser.add_argument("--port", type=int, default=2000, help="TCP port of 127.0.0.1 for the UART, 0 for any free one")
     parser.add_argument("--udp-port", type=int, default=UDP_PORT,
                         help="UDP port of 127.0.0.1 for the Ethernet, 0 for any free one")
-    parser.add_argument("--ram", choices=MEMORIES, default="integrated-ram", help="main memory of the SoC")
+    parser.add_argument("--ram", choices=(*MEMORIES, *BOARDS), default="integrated-ram",
+                        help="main memory of the SoC, or a board for its SoC")
     options = parser.parse_args()
     for port in (options.port, options.udp_port):
         if not 0 <= port < 1 << 16:

@@ -25,6 +25,9 @@ VERILATOR_OPTIONS = ["--cc", "--exe", "-O3", "--x-assign", "fast", "--x-initial"
                      "-Wno-fatal", "-Wno-WIDTH", "-Wno-CASEINCOMPLETE", "--top-module", "core",
                      "-CFLAGS", "-O2 -fPIC", "-LDFLAGS", "-shared", "-o", "core.so"]
 
+#: How the model itself is compiled. Verilator's makefile says -Os, after all other options: two thirds of the speed.
+OPTIMIZATION = os.environ.get("LITESTEREO_OPTIMIZATION", "-O2")
+
 #: What a model counts while it runs, by `LITESTEREO_COVERAGE`. Toggles make one a hundred times slower.
 COVERAGE_OPTIONS = {"": [], "line": ["--coverage-line"], "toggle": ["--coverage-line", "--coverage-toggle"]}
 
@@ -50,7 +53,8 @@ class PortsTop(LiteXModule):
 def compile_model(folder: Path, options: list[str], sources: list[str], targets: list[str]) -> None:
     """Run Verilator in `folder`, and make in its `obj_dir`; raises ToolError."""
     run_logged(["verilator", *options, *sources], folder, "verilator.log")
-    run_logged(["make", "-s", "-j2", "-C", "obj_dir", "-f", "Vcore.mk", *targets], folder, "build.log")
+    run_logged(["make", "-s", "-j2", "-C", "obj_dir", "-f", "Vcore.mk", f"OPT_FAST={OPTIMIZATION}", *targets],
+               folder, "build.log")
 
 
 def build_runtime(options: list[str], version: str) -> list[Path]:
@@ -62,7 +66,8 @@ def build_runtime(options: list[str], version: str) -> list[Path]:
         (folder / "main.cpp").write_text("")
         compile_model(folder, options, ["core.v", "main.cpp"], objects)
 
-    folder = built_once(build_directory() / "cosim" / f"runtime-{content_key([version, *options])}", build) / "obj_dir"
+    key    = content_key([version, OPTIMIZATION, *options])
+    folder = built_once(build_directory() / "cosim" / f"runtime-{key}", build) / "obj_dir"
     return [folder / name for name in objects]
 
 
@@ -91,7 +96,7 @@ def build_library(top: PortsTop, header: str, bench: str) -> Path:
     version = subprocess.run(["verilator", "--version"], check=True, capture_output=True, text=True).stdout
     # Comments hold the date.
     logic   = re.sub(r"^//.*$", "", source, flags=re.MULTILINE)
-    key     = content_key([logic, *sources.values(), version, *options])
+    key     = content_key([logic, *sources.values(), version, OPTIMIZATION, *options])
     runtime = build_runtime(options, version)
 
     def build(folder: Path) -> None:

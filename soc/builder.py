@@ -50,8 +50,12 @@ class StereoBuilder(Builder):
             shutil.copy(made / name, os.path.join(self.software_dir, "libc"))
 
 def build_simulator(gateware_dir):
-    """Run LiteX's script of a simulator, with a compiler per processor: by itself it starts one per file."""
-    subprocess.run(["bash", "build_sim.sh"], cwd=gateware_dir, check=True, env={**os.environ, "JOBS": str(os.cpu_count())})
+    """Run LiteX's script of a simulator.
+
+    By itself it starts a compiler for each file at once, and Verilator's makefile has them optimize for size.
+    """
+    environment = os.environ | {"JOBS": str(os.cpu_count()), "MAKEFLAGS": " -- OPT_FAST=-O2"}
+    subprocess.run(["bash", "build_sim.sh"], cwd=gateware_dir, check=True, env=environment)
 
 def picolibc(variables):
     """Folder with `PICOLIBC_FILES` for a processor: picolibc has more sources than all the rest, and needs 400 MB to build.

@@ -31,6 +31,9 @@ VERILATOR = ["verilator", "--cc", "--exe", "-O3", "--x-assign", "fast", "--x-ini
              "-Wno-fatal", "-Wno-WIDTH", "-Wno-CASEINCOMPLETE", "--top-module", "core", "-CFLAGS", "-O2 -fno-pie",
              "-LDFLAGS", "-no-pie -ljson-c -fsanitize=undefined", "-o", "soak"]
 
+#: Verilator's makefile says -Os, after all other options.
+OPTIMIZATION = "OPT_FAST=-O2"
+
 
 def _sources() -> list[Path]:
     ours = [path for folder in ("app", "drivers", "lib", "link") for path in sorted((FIRMWARE / folder).glob("*.c"))]
@@ -50,7 +53,8 @@ def build(own_clock: bool = False) -> Path:
     includes = [SOAK / "include", SOAK, FIRMWARE / "include", FIRMWARE, WIRE, Path(litex) / "build" / "sim" / "core"]
     ours     = [path.read_bytes() for path in sorted(SOAK.rglob("*")) if path.suffix in (".c", ".cpp", ".h")]
     clocks   = ["-CFLAGS", f"-DMATCHER_CLOCK={int(own_clock)}"]
-    key      = content_key([*files.values(), *ours, source_key(FIRMWARE, WIRE.parent), *C_FLAGS, *VERILATOR, *clocks])
+    key      = content_key([*files.values(), *ours, source_key(FIRMWARE, WIRE.parent), *C_FLAGS, *VERILATOR, *clocks,
+                            OPTIMIZATION])
 
     def make(folder: Path) -> None:
         (folder / "generated").mkdir()
@@ -63,6 +67,6 @@ def build(own_clock: bool = False) -> Path:
             run_logged(["gcc", *C_FLAGS, *flags, "-c", source, "-o", objects[-1]], folder, "gcc.log")
         run_logged([*VERILATOR, *clocks, "-CFLAGS", " ".join(flags), "core.v", SOAK / "machine.cpp", *objects], folder,
                    "verilator.log")
-        run_logged(["make", "-s", "-j2", "-C", "obj_dir", "-f", "Vcore.mk"], folder, "build.log")
+        run_logged(["make", "-s", "-j2", "-C", "obj_dir", "-f", "Vcore.mk", OPTIMIZATION], folder, "build.log")
 
     return built_once(build_directory() / "soak" / key, make) / "obj_dir" / "soak"
