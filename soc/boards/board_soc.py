@@ -71,6 +71,7 @@ class BoardSoC(StereoSoC):
     memory_bits     = 32   # width of its bus,
     memory_rate     = "1:1"
     memory_settings = None # and settings of its controller.
+    nextpnr_options = ()    # Besides device, package, speed grade, seed and density.
     matcher_clock   = False # Whether the matcher can have a clock of its own, in the domain `MATCHER_DOMAIN`.
 
     flash_offset      = 4*1024*1024 # Of the firmware's images, behind the largest bitstream.

@@ -21,7 +21,7 @@ from liteeth.phy.ecp5rgmii import LiteEthPHYRGMII
 
 from litex_boards.platforms.lambdaconcept_ecpix5 import Platform
 
-from .board_soc import BoardSoC
+from .board_soc import BoardSoC, SDR_SETTINGS
 from .preset    import Preset
 from .target    import main
 
@@ -83,14 +83,19 @@ class ECPIX5(BoardSoC):
     memory_bits   = 16
     memory_rate   = "1:2"
     matcher_clock = True
+    # Turning DDR3's bus costs clocks as well.
+    memory_settings = SDR_SETTINGS
+    # The default router tears up half of what it routes here, without end.
+    nextpnr_options = ("--router", "router2")
     preset        = Preset(
         disparities    = 128,
         max_block_size = 15,
         features       = ("xsobel",),
         sys_clk_freq   = 75000000,
+        matcher_hz     = 100000000,
         streaming      = False,
         with_icmp      = False,
-        density        = 0.7,
+        density        = 0.9,
     )
 
     def make_platform(self):
