@@ -25,8 +25,8 @@ VERILATOR_OPTIONS = ["--cc", "--exe", "-O3", "--x-assign", "fast", "--x-initial"
                      "-Wno-fatal", "-Wno-WIDTH", "-Wno-CASEINCOMPLETE", "--top-module", "core",
                      "-CFLAGS", "-O2 -fPIC", "-LDFLAGS", "-shared", "-o", "core.so"]
 
-#: How the model itself is compiled. Verilator's makefile says -Os, after all other options: two thirds of the speed.
-OPTIMIZATION = os.environ.get("LITESTEREO_OPTIMIZATION", "-O2")
+#: How a model itself is compiled. Verilator's makefile says -Os, after all other options: two thirds of the speed.
+OPTIMIZATION = f"OPT_FAST={os.environ.get('LITESTEREO_OPTIMIZATION', '-O2')}"
 
 #: What a model counts while it runs, by `LITESTEREO_COVERAGE`. Toggles make one a hundred times slower.
 COVERAGE_OPTIONS = {"": [], "line": ["--coverage-line"], "toggle": ["--coverage-line", "--coverage-toggle"]}
@@ -53,8 +53,7 @@ class PortsTop(LiteXModule):
 def compile_model(folder: Path, options: list[str], sources: list[str], targets: list[str]) -> None:
     """Run Verilator in `folder`, and make in its `obj_dir`; raises ToolError."""
     run_logged(["verilator", *options, *sources], folder, "verilator.log")
-    run_logged(["make", "-s", "-j2", "-C", "obj_dir", "-f", "Vcore.mk", f"OPT_FAST={OPTIMIZATION}", *targets],
-               folder, "build.log")
+    run_logged(["make", "-s", "-j2", "-C", "obj_dir", "-f", "Vcore.mk", OPTIMIZATION, *targets], folder, "build.log")
 
 
 def build_runtime(options: list[str], version: str) -> list[Path]:

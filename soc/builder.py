@@ -13,7 +13,8 @@ from pathlib import Path
 
 from litex.soc.integration.builder import Builder
 
-from ..sim.paths import build_directory, built_once, content_key
+from ..sim.paths     import build_directory, built_once, content_key
+from ..sim.verilated import OPTIMIZATION
 
 # Of LiteX's libraries; without SDRAM LiteDRAM's is empty.
 LIBRARIES = ["libc", "libcompiler_rt", "libbase", "liblitedram"]
@@ -52,9 +53,9 @@ class StereoBuilder(Builder):
 def build_simulator(gateware_dir):
     """Run LiteX's script of a simulator.
 
-    By itself it starts a compiler for each file at once, and Verilator's makefile has them optimize for size.
+    By itself it starts a compiler for each file at once, and they optimize for size.
     """
-    environment = os.environ | {"JOBS": str(os.cpu_count()), "MAKEFLAGS": " -- OPT_FAST=-O2"}
+    environment = os.environ | {"JOBS": str(os.cpu_count()), "MAKEFLAGS": f" -- {OPTIMIZATION}"}
     subprocess.run(["bash", "build_sim.sh"], cwd=gateware_dir, check=True, env=environment)
 
 def picolibc(variables):

@@ -13,6 +13,7 @@ from pathlib import Path
 
 from litestereo.sim.paths import build_directory, built_once, content_key, source_key
 from litestereo.sim.tools import run_logged
+from litestereo.sim.verilated import OPTIMIZATION
 
 from .soc import emitted
 
@@ -30,9 +31,6 @@ C_FLAGS   = ["-std=gnu11", "-O2", "-g", "-Wall", "-Wextra", "-Werror", "-fno-pie
 VERILATOR = ["verilator", "--cc", "--exe", "-O3", "--x-assign", "fast", "--x-initial", "fast", "--noassert",
              "-Wno-fatal", "-Wno-WIDTH", "-Wno-CASEINCOMPLETE", "--top-module", "core", "-CFLAGS", "-O2 -fno-pie",
              "-LDFLAGS", "-no-pie -ljson-c -fsanitize=undefined", "-o", "soak"]
-
-#: Verilator's makefile says -Os, after all other options.
-OPTIMIZATION = "OPT_FAST=-O2"
 
 
 def _sources() -> list[Path]:
