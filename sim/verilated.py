@@ -11,6 +11,7 @@ import os
 import re
 import shutil
 import subprocess
+from collections.abc import Iterable
 from pathlib import Path
 
 from litex.gen import LiteXModule
@@ -25,8 +26,9 @@ VERILATOR_OPTIONS = ["--cc", "--exe", "-O3", "--x-assign", "fast", "--x-initial"
                      "-Wno-fatal", "-Wno-WIDTH", "-Wno-CASEINCOMPLETE", "--top-module", "core",
                      "-CFLAGS", "-O2 -fPIC", "-LDFLAGS", "-shared", "-o", "core.so"]
 
-#: How a model itself is compiled. Verilator's makefile says -Os, after all other options: two thirds of the speed.
-OPTIMIZATION = f"OPT_FAST={os.environ.get('LITESTEREO_OPTIMIZATION', '-O2')}"
+#: How a model itself is compiled, for its makefile. g++ takes twice as long, for no more speed; the makefile's own
+#: -Os, which comes after all other options, has two thirds of it.
+COMPILATION = ["CXX=clang++", f"OPT_FAST={os.environ.get('LITESTEREO_OPTIMIZATION', '-O2')}"]
 
 #: What a model counts while it runs, by `LITESTEREO_COVERAGE`. Toggles make one a hundred times slower.
 COVERAGE_OPTIONS = {"": [], "line": ["--coverage-line"], "toggle": ["--coverage-line", "--coverage-toggle"]}
@@ -50,10 +52,14 @@ class PortsTop(LiteXModule):
         return signal
 
 
-def compile_model(folder: Path, options: list[str], sources: list[str], targets: list[str]) -> None:
-    """Run Verilator in `folder`, and make in its `obj_dir`; raises ToolError."""
+def compile_model(folder: Path, options: list[str], sources: list[str], targets: Iterable[str] = (),
+                  objects: Iterable[Path] = ()) -> None:
+    """Run Verilator in `folder`, and make in its `obj_dir`, where `objects` are there already; raises ToolError."""
     run_logged(["verilator", *options, *sources], folder, "verilator.log")
-    run_logged(["make", "-s", "-j2", "-C", "obj_dir", "-f", "Vcore.mk", OPTIMIZATION, *targets], folder, "build.log")
+    for path in objects:
+        # Newer than Verilator's makefile, which all objects depend on: there is nothing to do for them.
+        shutil.copy(path, folder / "obj_dir")
+    run_logged(["make", "-s", "-j2", "-C", "obj_dir", "-f", "Vcore.mk", *COMPILATION, *targets], folder, "build.log")
 
 
 def build_runtime(options: list[str], version: str) -> list[Path]:
@@ -65,7 +71,7 @@ def build_runtime(options: list[str], version: str) -> list[Path]:
         (folder / "main.cpp").write_text("")
         compile_model(folder, options, ["core.v", "main.cpp"], objects)
 
-    key    = content_key([version, OPTIMIZATION, *options])
+    key    = content_key([version, *COMPILATION, *options])
     folder = built_once(build_directory() / "cosim" / f"runtime-{key}", build) / "obj_dir"
     return [folder / name for name in objects]
 
@@ -95,16 +101,12 @@ def build_library(top: PortsTop, header: str, bench: str) -> Path:
     version = subprocess.run(["verilator", "--version"], check=True, capture_output=True, text=True).stdout
     # Comments hold the date.
     logic   = re.sub(r"^//.*$", "", source, flags=re.MULTILINE)
-    key     = content_key([logic, *sources.values(), version, OPTIMIZATION, *options])
+    key     = content_key([logic, *sources.values(), version, *COMPILATION, *options])
     runtime = build_runtime(options, version)
 
     def build(folder: Path) -> None:
         for name, text in {"core.v": source, **sources}.items():
             (folder / name).write_text(text)
-        (folder / "obj_dir").mkdir()
-        for path in runtime:
-            # Newer than its source: make has nothing to do.
-            shutil.copy(path, folder / "obj_dir")
-        compile_model(folder, [*options, "-CFLAGS", f"-I{folder}"], ["core.v", bench], [])
+        compile_model(folder, [*options, "-CFLAGS", f"-I{folder}"], ["core.v", bench], objects=runtime)
 
     return built_once(build_directory() / "cosim" / key, build) / "obj_dir" / "core.so"

@@ -14,7 +14,7 @@ from pathlib import Path
 from litex.soc.integration.builder import Builder
 
 from ..sim.paths     import build_directory, built_once, content_key
-from ..sim.verilated import OPTIMIZATION
+from ..sim.verilated import COMPILATION
 
 # Of LiteX's libraries; without SDRAM LiteDRAM's is empty.
 LIBRARIES = ["libc", "libcompiler_rt", "libbase", "liblitedram"]
@@ -53,9 +53,9 @@ class StereoBuilder(Builder):
 def build_simulator(gateware_dir):
     """Run LiteX's script of a simulator.
 
-    By itself it starts a compiler for each file at once, and they optimize for size.
+    By itself it starts g++ for each file, all at once, and they optimize for size.
     """
-    environment = os.environ | {"JOBS": str(os.cpu_count()), "MAKEFLAGS": f" -- {OPTIMIZATION}"}
+    environment = os.environ | {"JOBS": str(os.cpu_count()), "MAKEFLAGS": " ".join(["", "--", *COMPILATION])}
     subprocess.run(["bash", "build_sim.sh"], cwd=gateware_dir, check=True, env=environment)
 
 def picolibc(variables):

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from litestereo.sim.paths import build_directory, built_once, content_key, source_key
 from litestereo.sim.tools import run_logged
-from litestereo.sim.verilated import OPTIMIZATION
+from litestereo.sim.verilated import COMPILATION
 
 from .soc import emitted
 
@@ -52,7 +52,7 @@ def build(own_clock: bool = False) -> Path:
     ours     = [path.read_bytes() for path in sorted(SOAK.rglob("*")) if path.suffix in (".c", ".cpp", ".h")]
     clocks   = ["-CFLAGS", f"-DMATCHER_CLOCK={int(own_clock)}"]
     key      = content_key([*files.values(), *ours, source_key(FIRMWARE, WIRE.parent), *C_FLAGS, *VERILATOR, *clocks,
-                            OPTIMIZATION])
+                            *COMPILATION])
 
     def make(folder: Path) -> None:
         (folder / "generated").mkdir()
@@ -65,6 +65,6 @@ def build(own_clock: bool = False) -> Path:
             run_logged(["gcc", *C_FLAGS, *flags, "-c", source, "-o", objects[-1]], folder, "gcc.log")
         run_logged([*VERILATOR, *clocks, "-CFLAGS", " ".join(flags), "core.v", SOAK / "machine.cpp", *objects], folder,
                    "verilator.log")
-        run_logged(["make", "-s", "-j2", "-C", "obj_dir", "-f", "Vcore.mk", OPTIMIZATION], folder, "build.log")
+        run_logged(["make", "-s", "-j2", "-C", "obj_dir", "-f", "Vcore.mk", *COMPILATION], folder, "build.log")
 
     return built_once(build_directory() / "soak" / key, make) / "obj_dir" / "soak"
