@@ -18,6 +18,7 @@ from ..firmware import FIRMWARE_DIR
 from ..soc.boards import BOARDS
 from .paths import SIM_DIR, build_directory, built_once, content_key, source_key
 from .tools import ToolError, run_logged
+from .verilated import COMPILATION
 
 MEMORIES       = ("integrated-ram", "sdram")
 LITEX_PACKAGES = ("litex", "litedram", "liteeth", "migen", "pythondata-cpu-vexriscv")
@@ -52,7 +53,8 @@ def build_soc(memory: str = "integrated-ram") -> Path:
     if memory not in (*MEMORIES, *BOARDS):
         raise SimulationError(f"unknown memory {memory!r}: choose one of {', '.join((*MEMORIES, *BOARDS))}")
     package = SIM_DIR.parent
-    key     = content_key([memory, json.dumps(MATCHER), *(version(name) for name in LITEX_PACKAGES),
+    key     = content_key([memory, json.dumps(MATCHER), *(version(name) for name in LITEX_PACKAGES), *COMPILATION,
+                           (SIM_DIR / "litex_model.cpp").read_text(),
                            source_key(package / "gateware", package / "soc", SIM_DIR / "modules")])
 
     def build(folder: Path) -> None:

@@ -15,7 +15,7 @@ from litestereo.sim.stream_core import StreamCore
 
 
 def test_runtime_is_compiled_once():
-    """Verilator's own part comes from another build: the compiler, which says what an object depends on, made none of it."""
+    """Verilator's own part comes from another build: of what is compiled here the compiler says what it depends on."""
     core   = StreamCore(stream.SyncFIFO([("data", 7)], 3), [])
     folder = Path(core._library._name).parent
     assert (folder / "verilated.o").is_file()
