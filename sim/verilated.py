@@ -27,8 +27,9 @@ VERILATOR_OPTIONS = ["--cc", "--exe", "-O3", "--x-assign", "fast", "--x-initial"
                      "-CFLAGS", "-O2 -fPIC", "-LDFLAGS", "-shared", "-o", "core.so"]
 
 #: How a model itself is compiled, for its makefile. g++ takes twice as long, for no more speed; the makefile's own
-#: -Os, which comes after all other options, has two thirds of it.
-COMPILATION = ["CXX=clang++", f"OPT_FAST={os.environ.get('LITESTEREO_OPTIMIZATION', '-O2')}"]
+#: -Os, which comes after all other options, has two thirds of it. What runs once, such as the start of thousands of
+#: counters, takes longer to optimize than all the rest.
+COMPILATION = ["CXX=clang++", f"OPT_FAST={os.environ.get('LITESTEREO_OPTIMIZATION', '-O2')}", "OPT_SLOW=-O0"]
 
 #: What a model counts while it runs, by `LITESTEREO_COVERAGE`. Toggles make one a hundred times slower.
 COVERAGE_OPTIONS = {"": [], "line": ["--coverage-line"], "toggle": ["--coverage-line", "--coverage-toggle"]}

@@ -72,7 +72,7 @@ def outcome(mutant: Mutant, sources: str) -> str:
     # Each simulator runs once and briefly, so compiling it is what takes time.
     environment = os.environ | {"PYTHONPATH": str(copy.parent), "PYTHONDONTWRITEBYTECODE": "1",
                                 "LITESTEREO_BUILD": str(folder / "build"),
-                                "LITESTEREO_OPTIMIZATION": "-O0", "MAKEFLAGS": " -- OPT_SLOW=-O0 OPT_GLOBAL=-O0"}
+                                "LITESTEREO_OPTIMIZATION": "-O0", "MAKEFLAGS": " -- OPT_GLOBAL=-O0"}
     command = [sys.executable, "-m", "pytest", "-q", "-x", "--no-header", "-p", "no:cacheprovider",
                *(f"tests/{part}" if part.endswith(".py") else part for part in TESTS[mutant.core])]
     log = folder / "tests.log"
