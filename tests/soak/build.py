@@ -29,7 +29,8 @@ ELSEWHERE = {FIRMWARE / "app" / "main.c", FIRMWARE / "drivers" / "platform.c"}
 C_FLAGS   = ["-std=gnu11", "-O2", "-g", "-Wall", "-Wextra", "-Werror", "-fno-pie", "-fsanitize=undefined",
              "-fno-sanitize-recover=all"]
 VERILATOR = ["verilator", "--cc", "--exe", "-O3", "--x-assign", "fast", "--x-initial", "fast", "--noassert",
-             "-Wno-fatal", "-Wno-WIDTH", "-Wno-CASEINCOMPLETE", "--top-module", "core", "-CFLAGS", "-O2 -fno-pie",
+             "-Wno-fatal", "-Wno-WIDTH", "-Wno-CASEINCOMPLETE", "--top-module", "core", "-CFLAGS",
+             "-O2 -fno-pie -Wno-reserved-user-defined-literal",  # LiteX's error.h is for gcc.
              "-LDFLAGS", "-no-pie -ljson-c -fsanitize=undefined", "-o", "soak"]
 
 
@@ -62,7 +63,7 @@ def build(own_clock: bool = False) -> Path:
         objects = []
         for number, source in enumerate(_sources()):
             objects.append(folder / f"{number}_{source.stem}.o")
-            run_logged(["gcc", *C_FLAGS, *flags, "-c", source, "-o", objects[-1]], folder, "gcc.log")
+            run_logged(["clang", *C_FLAGS, *flags, "-c", source, "-o", objects[-1]], folder, "clang.log")
         run_logged([*VERILATOR, *clocks, "-CFLAGS", " ".join(flags), "core.v", SOAK / "machine.cpp", *objects], folder,
                    "verilator.log")
         run_logged(["make", "-s", "-j2", "-C", "obj_dir", "-f", "Vcore.mk", *COMPILATION], folder, "build.log")
