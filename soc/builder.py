@@ -51,11 +51,11 @@ class StereoBuilder(Builder):
             shutil.copy(made / name, os.path.join(self.software_dir, "libc"))
 
 # Variables of the makefile of LiteX's simulators: nothing is traced, the model is in few files, which share a large
-# header, and of LiteX's modules there are those that we use.
+# header, and of LiteX's modules there are those that we use: see `WIRES` of sim.system.
 SIMULATOR = {
     "SRCS_SIM_CPP": "sim_init.cpp litex_model.cpp",
     "INC_DIR":      "--no-trace --output-split 20000 --output-split-cfuncs 20000",
-    "MODULES":      "clocker",
+    "MODULES":      "clocker ethernet",
 }
 
 def build_simulator(gateware_dir):
