@@ -19,6 +19,8 @@ SECONDS ?= 60
 # What `make test` runs, and how many of the tests at once.
 TESTS ?= tests
 JOBS  ?= 2
+# The tests of a file share a simulator, so one worker runs them all.
+BY_FILE := --dist loadfile --no-loadscope-reorder
 # Frames of `make soak`.
 N     ?= 100000
 # With all tests it is counted what they run.
@@ -45,7 +47,7 @@ test: install ## Run all tests, the linters first
 	@$(PYTHON) -m ruff check .
 	@$(PYTHON) -m mypy
 	@mkdir -p $(LITESTEREO_BUILD)
-	@$(PYTHON) -m pytest -n $(JOBS) --dist loadgroup $(COUNTS) $(TESTS)
+	@$(PYTHON) -m pytest -n $(JOBS) $(BY_FILE) $(COUNTS) $(TESTS)
 
 sim: install ## Run the full system in simulation: udp://127.0.0.1:UDP_PORT, and its UART on tcp://127.0.0.1:PORT
 	@$(PYTHON) -m litestereo.sim.serve --port $(PORT) --udp-port $(UDP_PORT) --ram $(RAM)
@@ -101,7 +103,7 @@ sbom: install ## Write docs/sbom.cdx.json and docs/licences.md: what the product
 	@$(PYTHON) -m litestereo.sim.sbom
 
 sweep: install ## Compare the matcher with cv2.StereoBM at 2000 settings instead of 200
-	@LITESTEREO_SETTINGS=2000 $(PYTHON) -m pytest -n $(JOBS) --dist loadgroup tests/gateware/test_opencv.py
+	@LITESTEREO_SETTINGS=2000 $(PYTHON) -m pytest -n $(JOBS) tests/gateware/test_opencv.py
 
 fuzz: install ## Ten million datagrams into the firmware, a hundred thousand into the gateware
 	@$(MAKE) -s -f firmware/tests/Makefile OUT=$(LITESTEREO_BUILD)/fuzz fuzz_udp

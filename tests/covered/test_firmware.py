@@ -12,9 +12,6 @@ import pytest
 from covered import firmware
 from support.firmware_build import build_for_coverage
 
-# All programs are compiled and run once.
-pytestmark = pytest.mark.xdist_group("covered")
-
 
 @pytest.fixture(scope="module")
 def measured():

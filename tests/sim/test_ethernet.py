@@ -36,7 +36,7 @@ from support.terminal import counters, typed
 from support.udp_faults import Faults
 from support.udp_proxy import udp_proxied
 
-pytestmark = [pytest.mark.system, pytest.mark.xdist_group("ethernet")]
+pytestmark = pytest.mark.system
 
 #: Frames through the bad network.
 FRAMES = int(os.environ.get("LITESTEREO_FRAMES", "100"))

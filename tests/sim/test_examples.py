@@ -21,7 +21,7 @@ from litestereo.sim.example import run_example
 from litestereo.sim.stereobm import StereoSettings, stereo_bm
 from support.pattern import pattern
 
-pytestmark = [pytest.mark.system, pytest.mark.xdist_group("integrated-ram")]
+pytestmark = pytest.mark.system
 
 
 def test_hello_disparity():

@@ -18,7 +18,7 @@ from litestereo.sim.build import build_firmware, build_soc
 from litestereo.sim.reproduce import BUILDS, build_program, sha256
 from litestereo.sim.sbom.components import LIBRARIES
 
-pytestmark = [pytest.mark.system, pytest.mark.xdist_group("integrated-ram")]
+pytestmark = pytest.mark.system
 
 
 @pytest.fixture(scope="module")

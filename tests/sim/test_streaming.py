@@ -24,7 +24,7 @@ from support.terminal import counters
 from support.udp_faults import Faults
 from support.udp_proxy import udp_proxied
 
-pytestmark = [pytest.mark.system, pytest.mark.xdist_group("ethernet")]
+pytestmark = pytest.mark.system
 
 SETTINGS = MatcherSettings(32, 7)
 

@@ -16,18 +16,16 @@ import subprocess
 import sys
 import time
 
-import numpy as np
 import pytest
 
 from litestereo.host_tools.device import connect
 from litestereo.host_tools.settings import MatcherSettings
 from litestereo.sim.bench import measure
 from litestereo.sim.build import SimulationError
-from litestereo.sim.system import SYS_CLK_HZ, start_simulation
+from litestereo.sim.system import start_simulation
 from support.checked import check_small_frame, check_stream
 from support.data import stereo_pair
 from support.drawn import any_settings, drawn_settings
-from support.expected import expected_map
 from support.fault_proxy import Faults, proxied
 from support.interruptible import interruptible
 from support.opencv import same_as_opencv
@@ -54,7 +52,6 @@ def url(port):
     return f"tcp://127.0.0.1:{port}"
 
 
-@pytest.mark.xdist_group("integrated-ram")
 def test_selftest_and_console(url):
     """Accelerator against the CPU's own SAD, on the target."""
     with connect(url) as device:
@@ -68,7 +65,6 @@ def test_selftest_and_console(url):
         assert device.statistics()["matcher_interrupts"] > 0
 
 
-@pytest.mark.xdist_group("integrated-ram")
 def test_one_pixel_per_clock(url):
     """640x480, 64 disparities, block 9, memory to memory, every stage on or none; the map's CRC-32 is the model's."""
     with connect(url) as device:
@@ -80,7 +76,6 @@ def test_one_pixel_per_clock(url):
         assert measure(device, (160, 32, 64, 9, "sad"), "cpu_bench").clocks_per_pixel > 100
 
 
-@pytest.mark.xdist_group("integrated-ram")
 def test_next_upload_overlaps_match(url):
     """Chunks of the second frame are taken while the first one is matched."""
     rng   = generator(50)
@@ -94,7 +89,6 @@ def test_next_upload_overlaps_match(url):
     assert after["frames_released"] - before["frames_released"] == 2
 
 
-@pytest.mark.xdist_group("integrated-ram")
 def test_settings_and_sizes(url):
     """Odd sizes and the smallest image, with the settings changed between frames."""
     rng = generator(51)
@@ -113,7 +107,6 @@ with connect(sys.argv[1]) as device:
 """
 
 
-@pytest.mark.xdist_group("integrated-ram")
 def test_every_setting(url):
     """Each takes effect on the next frame, whatever the one before had."""
     rng = generator(56)
@@ -125,7 +118,6 @@ def test_every_setting(url):
             check_stream(device, [textured_pair(width + 9, height + 4, rng, 5)], settings)
 
 
-@pytest.mark.xdist_group("integrated-ram")
 def test_host_killed_in_mid_upload(url):
     """The next host gets its frame at once, and the counters tell of the slot taken back."""
     with subprocess.Popen([sys.executable, "-c", UPLOAD_FOREVER, url], stdout=subprocess.PIPE, text=True) as host:
@@ -138,7 +130,6 @@ def test_host_killed_in_mid_upload(url):
         assert device.statistics()["frames_reclaimed"] > 0
 
 
-@pytest.mark.xdist_group("integrated-ram")
 def test_garbage_before_hello(port, url):
     """Noise on the line, half a frame included, harms nothing."""
     rng = generator(52)
@@ -149,7 +140,6 @@ def test_garbage_before_hello(port, url):
         check_small_frame(url)
 
 
-@pytest.mark.xdist_group("integrated-ram")
 def test_bad_line(port, url):
     """Bytes flipped, dropped, inserted and repeated both ways cost time but no pixel, and are counted."""
     rng     = generator(53)
@@ -167,10 +157,10 @@ def test_bad_line(port, url):
 
 
 @pytest.mark.parametrize("name, count", [
-    pytest.param("tsukuba", 8, marks=pytest.mark.xdist_group("middlebury-1")),
-    pytest.param("venus",   4, marks=pytest.mark.xdist_group("middlebury-1")),
-    pytest.param("teddy",   4, marks=pytest.mark.xdist_group("middlebury-2")),
-    pytest.param("cones",   4, marks=pytest.mark.xdist_group("middlebury-2")),
+    ("tsukuba", 8),
+    ("venus", 4),
+    ("teddy", 4),
+    ("cones", 4),
 ])
 def test_opencv(simulation, name, count):
     """Real pairs over Ethernet, matched, and back, every pixel is cv2.StereoBM's, at drawn settings."""
@@ -184,30 +174,6 @@ def test_opencv(simulation, name, count):
             same_as_opencv(result.disparity, pair.left, pair.right, drawn)
 
 
-@pytest.mark.xdist_group("sdram")
-def test_sdram():
-    """LiteX's BIOS boots the firmware from flash; memory is LiteDRAM's model of the chip, the wire a board's."""
-    with start_simulation("sdram", byte_clock_hz=SYS_CLK_HZ*125//60) as simulation:
-        check_serial_line(simulation)
-        for mode in ("stored", "streamed"):
-            pairs = [textured_pair(320, 120, generator(55), shift) for shift in (3, 12, 20)]
-            with connect(f"udp://127.0.0.1:{simulation.udp_port}?mode={mode}") as device:
-                for pair, result in zip(pairs, device.stream(pairs, MatcherSettings(64, 9)), strict=True):
-                    assert np.array_equal(result.disparity, expected_map(*pair, MatcherSettings(64, 9)))
-
-
-def check_serial_line(simulation):
-    """Self test, clocks and a frame over the serial line."""
-    with connect(f"tcp://127.0.0.1:{simulation.port}") as device:
-        assert "selftest: passed" in device.console("selftest", 200)
-        result = measure(device, (640, 120, 64, 9, "all"))
-        assert 1 < result.clocks_per_pixel < 2
-        left, right = textured_pair(101, 33, generator(54))
-        (frame,)    = device.stream([(left, right)], MatcherSettings(64, 9))
-        assert np.array_equal(frame.disparity, expected_map(left, right, MatcherSettings(64, 9)))
-
-
-@pytest.mark.xdist_group("integrated-ram")
 def test_reset(simulation, url):
     """A reset in mid-session: the firmware says why it began anew, and both links work again."""
     with connect(url) as device:
@@ -217,7 +183,6 @@ def test_reset(simulation, url):
     check_small_frame(f"udp://127.0.0.1:{simulation.udp_port}")
 
 
-@pytest.mark.xdist_group("integrated-ram")
 def test_port_in_use(port):
     """One clear line, from the function and from the command."""
     with pytest.raises(SimulationError, match=f"^port {port} is in use"):
@@ -234,7 +199,6 @@ def test_unknown_memory():
         start_simulation("core")
 
 
-@pytest.mark.xdist_group("integrated-ram")
 def test_serve():
     """`make sim`: says its URLs, works, and ends with Ctrl-C, taking its simulator along."""
     command = [sys.executable, "-m", "litestereo.sim.serve", "--port", "0", "--udp-port", "0"]
@@ -247,7 +211,6 @@ def test_serve():
         assert serve.wait(10) == 0
 
 
-@pytest.mark.xdist_group("integrated-ram")
 def test_no_orphans():
     """A simulator ends with the process that started it, even if that is killed."""
     program = ("from litestereo.sim.system import start_simulation\n"

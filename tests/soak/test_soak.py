@@ -18,10 +18,8 @@ from soak.device import machine
 from soak.frames import drawn_batch
 from support.pairs import SEED
 
-pytestmark = [
-    pytest.mark.xdist_group("soak"),
-    pytest.mark.skipif(not all(map(shutil.which, ("gcc", "verilator"))), reason="gcc and verilator are needed"),
-]
+pytestmark = pytest.mark.skipif(not all(map(shutil.which, ("clang", "verilator"))),
+                                reason="clang and verilator are needed")
 
 
 def soaked(running, frames):
