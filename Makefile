@@ -19,7 +19,7 @@ SECONDS ?= 60
 # What `make test` runs, and how many of the tests at once.
 TESTS ?= tests
 JOBS  ?= 2
-# The tests of a file share a simulator, so one worker runs them all.
+# The tests of a file share a simulator, so one worker runs them all. (pytest 9.2 takes no notice of xdist's groups.)
 BY_FILE := --dist loadfile --no-loadscope-reorder
 # Frames of `make soak`.
 N     ?= 100000

@@ -13,8 +13,7 @@ from pathlib import Path
 
 from litex.soc.integration.builder import Builder
 
-from ..sim.paths     import SIM_DIR, build_directory, built_once, content_key
-from ..sim.verilated import COMPILATION
+from ..sim.paths import build_directory, built_once, content_key
 
 # Of LiteX's libraries; without SDRAM LiteDRAM's is empty.
 LIBRARIES = ["libc", "libcompiler_rt", "libbase", "liblitedram"]
@@ -49,28 +48,6 @@ class StereoBuilder(Builder):
         for name in PICOLIBC_FILES:
             # Each is newer than what it is made of: make has nothing to do.
             shutil.copy(made / name, os.path.join(self.software_dir, "libc"))
-
-# Variables of the makefile of LiteX's simulators: nothing is traced, the model is in few files, which share a large
-# header, and of LiteX's modules there are those that we use: see `WIRES` of sim.system.
-SIMULATOR = {
-    "SRCS_SIM_CPP": "sim_init.cpp litex_model.cpp",
-    "INC_DIR":      "--no-trace --output-split 20000 --output-split-cfuncs 20000",
-    "MODULES":      "clocker ethernet",
-}
-
-def build_simulator(gateware_dir):
-    """Run LiteX's script of a simulator.
-
-    By itself it starts g++ for each file, all at once, and they optimize for size.
-    """
-    shutil.copy(SIM_DIR / "litex_model.cpp", gateware_dir)
-    variables   = [*COMPILATION, *map("=".join, SIMULATOR.items())]
-    environment = os.environ | {
-        "JOBS":      str(os.cpu_count()),
-        # As make itself hands variables on.
-        "MAKEFLAGS": " -- " + " ".join(variable.replace(" ", "\\ ") for variable in variables),
-    }
-    subprocess.run(["bash", "build_sim.sh"], cwd=gateware_dir, check=True, env=environment)
 
 def picolibc(variables):
     """Folder with `PICOLIBC_FILES` for a processor: picolibc has more sources than all the rest, and needs 400 MB to build.

@@ -24,10 +24,11 @@ from litedram.core.controller import ControllerSettings
 from litedram.modules         import M12L64322A
 from litedram.phy.model       import SDRAMPHYModel
 
-from .builder        import StereoBuilder, build_simulator
-from .ethernet_model import EthernetPHYModel
-from .stereo_soc     import StereoSoC
-from .wide_ram       import WideRAM
+from .build_simulator import build_simulator
+from .builder         import StereoBuilder
+from .ethernet_model  import EthernetPHYModel
+from .stereo_soc      import StereoSoC
+from .wide_ram        import WideRAM
 
 MAIN_RAM_BYTES = 8*1024*1024 # As the SDRAM of a Colorlight i5.
 FLASH_ORIGIN   = 0x3000_0000

@@ -16,13 +16,14 @@ from litex.build.sim import SimPlatform
 
 from litedram.phy.model import SDRAMPHYModel
 
-from ..builder        import StereoBuilder, build_simulator
-from ..ethernet_model import EthernetPHYModel
-from ..simulation     import IO, MATCHER_CLK_FREQ, SYS_CLK_FREQ, SimulatedCRG, SimulatedSoC
-from ..video_model    import VideoPHYModel
-from .                import soc_class
-from .board_soc       import BoardSoC, PIXEL_DOMAIN, PIXEL_HZ
-from .flash_model     import FlashModel
+from ..build_simulator import build_simulator
+from ..builder         import StereoBuilder
+from ..ethernet_model  import EthernetPHYModel
+from ..simulation      import IO, MATCHER_CLK_FREQ, SYS_CLK_FREQ, SimulatedCRG, SimulatedSoC
+from ..video_model     import VideoPHYModel
+from .                 import soc_class
+from .board_soc        import BoardSoC, PIXEL_DOMAIN, PIXEL_HZ
+from .flash_model      import FlashModel
 
 # Simulated Board ----------------------------------------------------------------------------------
 
