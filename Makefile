@@ -86,7 +86,7 @@ flash: ## Write bitstream and firmware to the flash of BOARD
 	@$(PYTHON) -m litestereo.soc.boards.$(BOARD) --flash
 
 boards-sim: install ## Boot each board's own SoC in simulation, and match a real pair on it
-	@LITESTEREO_BOARDS="$(BOARDS)" $(PYTHON) -m pytest -q tests/sim/test_boards.py
+	@LITESTEREO_BOARDS="$(BOARDS)" $(PYTHON) -m pytest -q --timeout 0 tests/sim/test_boards.py
 
 boards-check: ## Check that every bitstream is of these sources, and meets its clocks
 	@.ci/install fpga

@@ -7,12 +7,10 @@
 
 from __future__ import annotations
 
-import ctypes
 import json
 import math
 import re
 import shutil
-import signal
 import socket
 import subprocess
 import tempfile
@@ -30,9 +28,12 @@ PROMPT = b"litestereo> "
 #: Clock of the simulated SoC; soc/simulation.py says the same.
 SYS_CLK_HZ = 1_000_000
 
-
 #: What the Ethernet of the SoC can be tied to, and the litex_sim module for each.
 WIRES = {"socket": "ethernet2socket", "tap": "ethernet"}
+
+#: Linux ends what is run by this when its parent ends, however that happens. (Code between fork and exec could hang
+#: where there are threads.)
+DIE_WITH_PARENT = ("setpriv", "--pdeathsig", "KILL")
 
 
 class Simulation:
@@ -118,8 +119,8 @@ def start_simulation(ram: str = "integrated-ram", port: int = 0, udp_port: int =
         "ethernet":        {"interface": "tap0", "ip": "192.168.1.100"},
     }, wire, byte_clock_hz)
     with open(folder / "simulation.log", "wb") as log:
-        process = subprocess.Popen([soc / "gateware" / "obj_dir" / "Vsim"], cwd=folder, stdout=log, stderr=log,
-                                   stdin=subprocess.DEVNULL, preexec_fn=_die_with_parent)
+        process = subprocess.Popen([*DIE_WITH_PARENT, soc / "gateware" / "obj_dir" / "Vsim"], cwd=folder, stdout=log,
+                                   stderr=log, stdin=subprocess.DEVNULL)
     simulation = Simulation(process, folder)
     try:
         deadline        = time.monotonic() + timeout_s
@@ -182,12 +183,6 @@ def _prepare_memories(folder: Path, gateware: Path, contents: dict[str, tuple[by
         data += bytes(-len(data) % word_bytes)
         words = (data[index:index + word_bytes][::-1].hex() for index in range(0, len(data), word_bytes))
         (folder / name).write_text("\n".join(words) + "\n")
-
-
-def _die_with_parent() -> None:
-    """Ask Linux to end this process when its parent ends, however that happens."""
-    set_parent_death_signal = 1
-    ctypes.CDLL(None).prctl(set_parent_death_signal, signal.SIGKILL)
 
 
 def _listening_port(simulation: Simulation, module: str, port: int, deadline: float) -> int:

@@ -8,7 +8,6 @@
 from __future__ import annotations
 
 import contextlib
-import signal
 import subprocess
 from collections.abc import Iterator, Sequence
 from typing import IO
@@ -17,8 +16,7 @@ from typing import IO
 @contextlib.contextmanager
 def interruptible(command: Sequence[str], **streams: int | IO[str]) -> Iterator[subprocess.Popen[str]]:
     """A program that heeds SIGINT, even if the tests run in the background of a shell, and never outlives its test."""
-    with subprocess.Popen(command, text=True, **streams,
-                          preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL)) as program:
+    with subprocess.Popen(["env", "--default-signal=INT", *command], text=True, **streams) as program:
         try:
             yield program
         finally:
