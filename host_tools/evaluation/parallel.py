@@ -12,7 +12,7 @@ import concurrent.futures.process
 import logging
 import multiprocessing
 import signal
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Sequence
 from typing import Any, TypeVar
 
 from ..errors import WorkerError
@@ -21,11 +21,13 @@ from ..extras import import_extra
 Item   = TypeVar("Item")
 Result = TypeVar("Result")
 
+#: What comes when it is ready: the place of its item, and the result. Closed early it ends what it has begun.
+Results = Generator[tuple[int, Result], None, None]
+
 _CLUSTER_TIMEOUT_S = 10
 
 
-def in_processes(work: Callable[[Item], Result], items: Sequence[Item], processes: int
-                 ) -> Iterator[tuple[int, Result]]:
+def in_processes(work: Callable[[Item], Result], items: Sequence[Item], processes: int) -> Results[Result]:
     """Does `work`, a function of a module, with all `items`; raises WorkerError if a process is ended from outside."""
     # Spawned and not forked: OpenCV's threads do not live through a fork.
     pool = concurrent.futures.ProcessPoolExecutor(processes, multiprocessing.get_context("spawn"), _end_by_interrupt)
@@ -50,7 +52,7 @@ def _end_by_interrupt() -> None:
     signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
 
 
-def on_cluster(work: Callable[[Item], Result], items: Sequence[Item], address: str) -> Iterator[tuple[int, Result]]:
+def on_cluster(work: Callable[[Item], Result], items: Sequence[Item], address: str) -> Results[Result]:
     """Does `work` with all `items` on the cluster whose scheduler is at `address`.
 
     Raises
@@ -63,12 +65,7 @@ def on_cluster(work: Callable[[Item], Result], items: Sequence[Item], address: s
     distributed: Any = import_extra("distributed", "cluster", "--cluster needs")
     # What Dask has to say about a lost cluster it says on stderr, for pages.
     logging.getLogger("distributed").setLevel(logging.CRITICAL)
-    try:
-        client = distributed.Client(address, timeout=_CLUSTER_TIMEOUT_S, set_as_default=False)
-    except (OSError, ValueError, TimeoutError):
-        raise WorkerError(f"{address}: no Dask scheduler answers there: start one with `dask scheduler`, and workers "
-                          "with `dask worker`") from None
-    with client:
+    with _client(distributed, address) as client:
         if not client.scheduler_info()["workers"]:
             raise WorkerError(f"{address}: the cluster has no workers: start some with `dask worker {address}`")
         # Not pure: a device may answer otherwise the next time.
@@ -81,3 +78,16 @@ def on_cluster(work: Callable[[Item], Result], items: Sequence[Item], address: s
                 raise WorkerError(f"{address}: a worker failed: {' '.join(str(error).split())}: it needs litestereo "
                                   "of this version") from None
             yield futures[future], result
+
+
+def _client(distributed: Any, address: str) -> Any:
+    """Dask's connection to the scheduler at `address`; raises WorkerError if there is none."""
+    client = distributed.Client.__new__(distributed.Client)
+    try:
+        client.__init__(address, timeout=_CLUSTER_TIMEOUT_S, set_as_default=False)
+    except (OSError, TimeoutError, TypeError, ValueError):
+        # Else Python closes it when it frees it, and if another one is starting at that moment, both wait for ever.
+        client.close()
+        raise WorkerError(f"{address}: no Dask scheduler answers there: start one with `dask scheduler`, and workers "
+                          "with `dask worker`") from None
+    return client

@@ -132,9 +132,10 @@ def evaluate(tasks: Sequence[Task], done: Callable[[int], None], processes: int 
     else:
         results = in_processes(_rows_elsewhere, tasks, processes)
     rows: dict[int, list[Row]] = {}
-    for index, result in results:
-        if isinstance(result, LiteStereoError):
-            raise result
-        rows[index] = result
-        done(len(tasks[index].jobs))
+    with contextlib.closing(results):
+        for index, result in results:
+            if isinstance(result, LiteStereoError):
+                raise result
+            rows[index] = result
+            done(len(tasks[index].jobs))
     return [row for index in sorted(rows) for row in rows[index]]

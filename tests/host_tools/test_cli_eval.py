@@ -12,6 +12,7 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 
 import cv2
@@ -263,12 +264,20 @@ def test_the_environment_names_the_device(folder, monkeypatch, capfd):
     (["own", "--opencv", "bm", "--disparities", "128", "--jobs", "2"], 1, "too small"),
     (["own", "--opencv", "bm", "--csv", "own"], 1, "is a folder"),
     (["own", "--opencv", "bm", "--disparities", "16", "--csv", "own/left.png/a.csv"], 1, "cannot be written"),
-    (["own", "--opencv", "bm", "--cluster", "nonsense://"], 1, "no Dask scheduler"),
+    (["own", "--opencv", "bm", "--cluster", "tls://127.0.0.1:1"], 1, "no Dask scheduler"),
 ])
 def test_mistakes_are_one_line(folder, arguments, status, text, monkeypatch, capfd):
     monkeypatch.chdir(folder)
     assert run("eval", *arguments) == status
     assert text in one_line(capfd)
+
+
+def test_a_cluster_of_an_unknown_kind(folder, capfd):
+    """What was begun for it has ended: Python would end it at some time, and hang if another one starts just then."""
+    before = set(threading.enumerate())
+    assert run("eval", folder, "--opencv", "bm", "--cluster", "nonsense://") == 1
+    assert "no Dask scheduler answers there" in one_line(capfd)
+    assert not [thread for thread in threading.enumerate() if thread.name == "IO loop" and thread not in before]
 
 
 def test_a_cluster_that_is_not_there(folder, monkeypatch, capfd):

@@ -25,6 +25,6 @@ def run(*arguments: object) -> Any:
 def one_line(capfd: pytest.CaptureFixture[str]) -> str:
     """The one line that a failed command has written."""
     out, err = capfd.readouterr()
-    assert out == ""
+    assert out == "", out
     assert err.startswith("litestereo: error: ") and err.endswith("\n") and err.count("\n") == 1, err
     return err
