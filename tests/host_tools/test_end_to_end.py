@@ -437,22 +437,6 @@ def test_slots_run_out_and_come_back(link):
     link.call(MessageType.OPEN, payloads.pack_size(64, 20), 99)
 
 
-@pytest.mark.parametrize(("option", "code"), [
-    ("--bus-error", ErrorCode.MATCHER),
-    ("--hang-matcher", ErrorCode.TIMEOUT),
-])
-def test_a_matcher_that_fails_is_reported_and_the_session_goes_on(option, code):
-    (pair,) = pairs(1)
-    with native_device(option) as port, connect(f"tcp://127.0.0.1:{port}") as device:
-        for _ in range(6):
-            with pytest.raises(DeviceRefused, match="could not match") as caught:
-                device.compute(*pair, SETTINGS)
-            assert caught.value.code == code
-        counted = device.statistics()
-    assert counted["frames_failed"] == counted["frames_released"] == 6
-    assert counted["frames_matched"] == 0
-
-
 def test_console_after_noise():
     """What noise has typed is not part of the next line."""
     with native_device() as port, proxied(port) as line, connect(line.url) as device:

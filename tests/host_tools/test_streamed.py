@@ -19,15 +19,8 @@ from litestereo.host_tools import round_trip
 from litestereo.host_tools.call import LinkSettings
 from litestereo.host_tools.cli import main
 from litestereo.host_tools.device import connect
-from litestereo.host_tools.errors import (
-    DeviceError,
-    DeviceRefused,
-    LinkTimeout,
-    SessionLost,
-    UnsupportedError,
-    UrlError,
-)
-from litestereo.host_tools.protocol import ErrorCode, MessageType
+from litestereo.host_tools.errors import DeviceError, LinkTimeout, UnsupportedError, UrlError
+from litestereo.host_tools.protocol import MessageType
 from litestereo.host_tools.settings import MatcherSettings
 from litestereo.host_tools.udp_channel import UdpChannel
 from support.expected import expected_map
@@ -389,55 +382,6 @@ def test_pairs_of_a_stranger_are_none(shared_url, patient):
         after = device.statistics()
     assert after["uploads_foreign"] > before["uploads_foreign"]
     assert after["uploads_unfit"] > before["uploads_unfit"]
-
-
-def test_a_host_that_vanishes_in_mid_frame_holds_the_device_for_five_seconds():
-    (pair,)  = pairs(1, 320, 200)
-    vanished = Faults()
-
-    def progress(phase, done, total):
-        if phase == "upload" and done > 20:
-            vanished.loss = 1.0
-
-    with native_udp_device() as port, udp_proxied(port, vanished) as network:
-        lost = connect(network.url + STREAMED, LinkSettings(silence_limit_s=0.5))
-        with pytest.raises(DeviceError, match="has not answered"):
-            lost.compute(*pair, SETTINGS, progress)
-        lost.close()
-        begin = time.monotonic()
-        with connect(f"udp://127.0.0.1:{port}{STREAMED}") as device:
-            assert 2 < time.monotonic() - begin < 8
-            expect(device.compute(*pair, SETTINGS), pair)
-            assert device.statistics()["frames_reclaimed"] == 1
-
-
-def test_a_device_that_restarts_in_mid_frame():
-    """Another device in its place does not know the session."""
-    (pair,) = pairs(1, 320, 200)
-    with native_udp_device() as first, native_udp_device() as second, udp_proxied(first) as network:
-        def progress(phase, done, total):
-            if phase == "upload" and done > 20:
-                network.plug_in(second)
-
-        with connect(network.url + STREAMED) as device, pytest.raises(SessionLost, match="connect again"):
-            device.compute(*pair, SETTINGS, progress)
-        with connect(network.url + STREAMED) as device:
-            expect(device.compute(*pair, SETTINGS), pair)
-
-
-@pytest.mark.parametrize(("option", "code"), [
-    ("--bus-error", ErrorCode.MATCHER),
-    ("--hang-matcher", ErrorCode.TIMEOUT),
-])
-def test_a_matcher_that_fails_is_reported_and_the_session_goes_on(option, code):
-    (pair,) = pairs(1)
-    with native_udp_device(option) as port, connect(f"udp://127.0.0.1:{port}{STREAMED}") as device:
-        for _ in range(6):
-            with pytest.raises(DeviceRefused, match="could not match") as caught:
-                device.compute(*pair, SETTINGS)
-            assert caught.value.code == code
-        counted = device.statistics()
-    assert counted["frames_failed"] == counted["frames_released"] == 6
 
 
 def test_a_network_that_carries_no_pairs():

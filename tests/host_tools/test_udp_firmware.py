@@ -7,7 +7,6 @@
 
 import contextlib
 import threading
-import time
 
 import numpy as np
 import pytest
@@ -15,8 +14,7 @@ import pytest
 from litestereo.host_tools import round_trip
 from litestereo.host_tools.call import LinkSettings
 from litestereo.host_tools.device import connect
-from litestereo.host_tools.errors import DeviceError, DeviceRefused, SessionLost
-from litestereo.host_tools.protocol import ErrorCode
+from litestereo.host_tools.errors import DeviceError
 from litestereo.host_tools.settings import MatcherSettings
 from support.expected import expected_map
 from support.native_device import native_ports, native_udp_device
@@ -133,55 +131,6 @@ def test_a_second_host_waits_until_the_first_has_gone():
             expect(second.compute(*pair, SETTINGS), pair)
             assert second.statistics()["sessions_refused"] > 0
         timer.join()
-
-
-def test_a_host_that_vanishes_in_mid_upload_holds_the_device_for_five_seconds():
-    (pair,)  = pairs(1, 320, 200)
-    vanished = Faults()
-
-    def progress(phase, done, total):
-        if phase == "upload" and done > 20:
-            vanished.loss = 1.0
-
-    with native_udp_device() as port, udp_proxied(port, vanished) as network:
-        lost = connect(network.url, LinkSettings(silence_limit_s=0.5))
-        with pytest.raises(DeviceError, match="has not answered"):
-            lost.compute(*pair, SETTINGS, progress)
-        lost.close()
-        begin = time.monotonic()
-        with connect(f"udp://127.0.0.1:{port}") as device:
-            assert 2 < time.monotonic() - begin < 8
-            expect(device.compute(*pair, SETTINGS), pair)
-            assert device.statistics()["frames_reclaimed"] == 1
-
-
-def test_a_device_that_restarts_in_mid_frame():
-    """Another device in its place does not know the session."""
-    (pair,) = pairs(1, 320, 200)
-    with native_udp_device() as first, native_udp_device() as second, udp_proxied(first) as network:
-        def progress(phase, done, total):
-            if phase == "upload" and done > 20:
-                network.plug_in(second)
-
-        with connect(network.url) as device, pytest.raises(SessionLost, match="connect again"):
-            device.compute(*pair, SETTINGS, progress)
-        with connect(network.url) as device:
-            expect(device.compute(*pair, SETTINGS), pair)
-
-
-@pytest.mark.parametrize(("option", "code"), [
-    ("--bus-error", ErrorCode.MATCHER),
-    ("--hang-matcher", ErrorCode.TIMEOUT),
-])
-def test_a_matcher_that_fails_is_reported_and_the_session_goes_on(option, code):
-    (pair,) = pairs(1)
-    with native_udp_device(option) as port, connect(f"udp://127.0.0.1:{port}") as device:
-        for _ in range(6):
-            with pytest.raises(DeviceRefused, match="could not match") as caught:
-                device.compute(*pair, SETTINGS)
-            assert caught.value.code == code
-        counted = device.statistics()
-    assert counted["frames_failed"] == counted["frames_released"] == 6
 
 
 def test_the_serial_line_is_told_that_the_network_has_the_device():
