@@ -35,6 +35,9 @@ def drawn_rows(rng, rows, count, disparities, kind):
     elif kind == "ties":
         disparity = rng.choice([0, 16, 32, 40], (rows, count))
         cost      = rng.choice([5, 5, 6], (rows, count))
+    elif kind == "at the limit":
+        # Winners that differ by whole pixels, and by a sixteenth more.
+        disparity = rng.choice([0, 1, 16, 17, 32, 33], (rows, count))
     return found.astype(np.int64), disparity, cost
 
 
@@ -43,8 +46,8 @@ def test_left_right(valid, ready):
     """Rows of every kind, one frame after the other, as the model has it; the outer winners do not come out."""
     rng   = generator(15)
     bench = CoreBench(LeftRight(BUILT), SETTINGS, pipeline=False)
-    for turn in range(40):
-        kind          = ["drawn", "whole pixels", "one column", "ties", "nothing found"][turn % 5]
+    for turn in range(48):
+        kind          = ["drawn", "whole pixels", "one column", "ties", "at the limit", "nothing found"][turn % 6]
         disparities   = int(rng.choice([16, 32]))
         block_size    = int(rng.choice([5, 7, 11]))
         min_disparity = int(rng.choice([0, 3, 20]))
