@@ -12,8 +12,8 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
-from ..gateware.matcher import Matcher, matcher_settings
-from ..gateware.parameters import FEATURES
+from ..gateware.common.parameters import FEATURES
+from ..gateware.matcher.matcher import Matcher, matcher_settings
 from .stereobm import StereoSettings
 from .stream_core import StreamCore
 

@@ -5,10 +5,10 @@
 
 from migen import *
 
-from ..gateware.frame_link import FrameLink
-from ..gateware.network    import Network
-from ..gateware.parameters import check
-from .add_stereo           import BusPorts
+from ..gateware.common.parameters      import check
+from ..gateware.link.network           import Network
+from ..gateware.peripherals.frame_link import FrameLink
+from .add_stereo                       import BusPorts
 
 UDP_PORT    = 19539 # As docs/protocol.md has it.
 MAC_ADDRESS = 0x10e2d5000002

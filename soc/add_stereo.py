@@ -7,9 +7,9 @@ from migen import *
 
 from litex.soc.interconnect import wishbone
 
-from ..gateware.parameters import FEATURES
-from ..gateware.peripheral import StereoPeripheral
-from ..gateware.peripheral_crossing import StereoPeripheralCrossing
+from ..gateware.common.parameters             import FEATURES
+from ..gateware.peripherals.stereo_crossing   import StereoPeripheralCrossing
+from ..gateware.peripherals.stereo_peripheral import StereoPeripheral
 
 # Bus Ports ----------------------------------------------------------------------------------------
 

@@ -19,15 +19,15 @@ from litex.gen.fhdl import verilog
 from liteeth.phy.ecp5rgmii import LiteEthPHYRGMII
 from migen import ClockDomain, Record, Signal
 
-from ..gateware.frame_link import FrameLink
-from ..gateware.network import Network
-from ..sim.paths import build_directory, built_once, content_key
-from .add_frame_link import IP_ADDRESS, MAC_ADDRESS, UDP_PORT
-from .mapping import without_collision_logic, without_open_carries
-from .place import PACKAGE, SEED, SPEED_GRADE
-from .resources import commit, table, tools
-from .synthesis import add_shift_registers, tool, tool_version
-from ..sim.tools import ToolError, run_logged
+from ..gateware.link.network           import Network
+from ..gateware.peripherals.frame_link import FrameLink
+from ..sim.paths                       import build_directory, built_once, content_key
+from ..sim.tools                       import ToolError, run_logged
+from .add_frame_link                   import IP_ADDRESS, MAC_ADDRESS, UDP_PORT
+from .mapping                          import without_collision_logic, without_open_carries
+from .place                            import PACKAGE, SEED, SPEED_GRADE
+from .resources                        import commit, table, tools
+from .synthesis                        import add_shift_registers, tool, tool_version
 
 DOCUMENT = Path(__file__).resolve().parents[1] / "docs" / "network.md"
 DEVICE   = "25k"

@@ -12,8 +12,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from ..sim.paths import build_directory, content_key, locked
-from .synthesis import emit, synthesize, tool, tool_version
 from ..sim.tools import ToolError, run_logged
+from .synthesis  import emit, synthesize, tool, tool_version
 
 PACKAGE     = "CABGA381"
 SPEED_GRADE = 6 # The slowest, and the cheapest.

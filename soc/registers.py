@@ -21,9 +21,9 @@ from litex.soc.integration.doc               import ModuleDoc
 
 from liteeth.common import convert_ip
 
-from ..gateware.frame_link import FrameLink
-from ..gateware.peripheral import StereoPeripheral
-from .add_frame_link       import IP_ADDRESS, UDP_PORT
+from ..gateware.peripherals.frame_link        import FrameLink
+from ..gateware.peripherals.stereo_peripheral import StereoPeripheral
+from .add_frame_link                          import IP_ADDRESS, UDP_PORT
 
 DOCS     = Path(__file__).resolve().parents[1] / "docs"
 DOCUMENT = DOCS / "registers.md"

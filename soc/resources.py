@@ -12,10 +12,10 @@ import sys
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-from ..gateware.parameters import FEATURES, OPENCV_FEATURES
-from .place import PACKAGE, SEED, SPEED_GRADE, Placement, fits
-from .synthesis import FAMILIES, Resources, block_rams, emit, resources, synthesize, tool_version
-from ..sim.tools import ToolError
+from ..gateware.common.parameters import FEATURES, OPENCV_FEATURES
+from ..sim.tools                  import ToolError
+from .place                       import PACKAGE, SEED, SPEED_GRADE, Placement, fits
+from .synthesis                   import FAMILIES, Resources, block_rams, emit, resources, synthesize, tool_version
 
 DOCUMENT  = Path(__file__).resolve().parents[1] / "docs" / "resources.md"
 MAX_WIDTH = 640
@@ -44,7 +44,7 @@ PLACEMENTS = [
 HEADER = """\
 # Resources
 
-What the matcher alone takes (`gateware/matcher.py`, no DMA, no CPU), written by `make resources`.
+What the matcher alone takes (`gateware/matcher/matcher.py`, no DMA, no CPU), written by `make resources`.
 
 - Images of up to {width} x 4095 pixels. `bare` is the sum of absolute differences of grey values, `OpenCV` all of
   cv2.StereoBM's stages and matching without prefilter, `all` these and the median.

@@ -11,7 +11,7 @@ from litex.soc.interconnect import stream
 
 from litedram.common import LiteDRAMNativePort
 
-from ..gateware.stream_register import add_register
+from ..gateware.common.stream_register import add_register
 
 # Screen Turns -------------------------------------------------------------------------------------
 

@@ -9,10 +9,10 @@ from litex.gen import *
 
 from litex.soc.integration.soc_core import SoCCore
 
-from ..gateware.parameters import FEATURES
-from .add_frame_link       import FrameLinkMixin
-from .add_stereo           import StereoMixin
-from .reset_record         import ResetRecord
+from ..gateware.common.parameters import FEATURES
+from .add_frame_link              import FrameLinkMixin
+from .add_stereo                  import StereoMixin
+from .reset_record                import ResetRecord
 
 # Stereo SoC ---------------------------------------------------------------------------------------
 

@@ -19,10 +19,10 @@ from litex.gen import LiteXModule
 from litex.gen.fhdl import verilog
 from migen import Cat, ClockDomain, If, Signal, bits_for
 
-from ..gateware.matcher import Matcher, matcher_settings
-from ..sim.paths import build_directory, built_once, content_key
-from ..sim.tools import ToolError, run_logged
-from .mapping import without_collision_logic, without_open_carries
+from ..gateware.matcher.matcher import Matcher, matcher_settings
+from ..sim.paths                import build_directory, built_once, content_key
+from ..sim.tools                import ToolError, run_logged
+from .mapping                   import without_collision_logic, without_open_carries
 
 # Families and what their primitives count as: sites of logic, carries as the sites that they take.
 FAMILIES = {

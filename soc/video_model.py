@@ -10,7 +10,7 @@ from litex.gen import *
 from litex.soc.cores.video  import video_data_layout
 from litex.soc.interconnect import stream
 
-from ..gateware.parameters import check
+from ..gateware.common.parameters import check
 
 # Video PHY Model ----------------------------------------------------------------------------------
 

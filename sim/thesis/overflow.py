@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...gateware.block_sum import BlockSum
-from ...gateware.column_sum import ColumnSum
-from ...gateware.parameters import MAX_BLOCK_SIZE, MIN_BLOCK_SIZE, MatcherParameters
+from ...gateware.common.parameters import MAX_BLOCK_SIZE, MIN_BLOCK_SIZE, MatcherParameters
+from ...gateware.engines.sad.block_sum import BlockSum
+from ...gateware.engines.sad.column_sum import ColumnSum
 from ...host_tools.datasets import StereoPair
 from ...host_tools.images import disparity_pixels
 from ...soc.resources import table

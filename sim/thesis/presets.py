@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ...gateware.parameters import OPENCV_FEATURES
+from ...gateware.common.parameters import OPENCV_FEATURES
 from ..bench import NO_STAGE
 from ..cosim import CosimMatcher
 from ..stereobm import StereoSettings

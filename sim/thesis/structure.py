@@ -11,13 +11,13 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from ...gateware.absolute_difference import AbsoluteDifference
-from ...gateware.block_sum import BlockSum
-from ...gateware.column_sum import ColumnSum
-from ...gateware.line_buffer import LineBuffer
-from ...gateware.matcher import Matcher
-from ...gateware.parameters import MIN_BLOCK_SIZE, PIXEL_BITS, MatcherParameters
-from ...gateware.winner import Winner
+from ...gateware.common.parameters import MIN_BLOCK_SIZE, PIXEL_BITS, MatcherParameters
+from ...gateware.engines.sad.absolute_difference import AbsoluteDifference
+from ...gateware.engines.sad.block_sum import BlockSum
+from ...gateware.engines.sad.column_sum import ColumnSum
+from ...gateware.matcher.line_buffer import LineBuffer
+from ...gateware.matcher.matcher import Matcher
+from ...gateware.post.selection.winner import Winner
 from ...soc.resources import table
 from .elaborated import contents
 from .presets import PUBLISHED, THESIS, Preset, Scale

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...gateware.parameters import MIN_BLOCK_SIZE
+from ...gateware.common.parameters import MIN_BLOCK_SIZE
 from ...host_tools.datasets import StereoPair
 from ...host_tools.images import disparity_pixels
 from ...host_tools.metrics import rate

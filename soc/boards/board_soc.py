@@ -12,12 +12,12 @@ from litex.soc.cores.bitbang import SPIMaster
 from litedram.common          import LiteDRAMNativePort
 from litedram.core.controller import ControllerSettings
 
-from ...gateware.bus_register    import BusRegister
-from ...gateware.parameters      import check
-from ...gateware.stream_register import add_register
-from ..screen_turns              import ScreenTurns
-from ..stereo_soc                import StereoSoC
-from .flash_pads                 import ECP5FlashPads
+from ...gateware.common.bus_register    import BusRegister
+from ...gateware.common.parameters      import check
+from ...gateware.common.stream_register import add_register
+from ..screen_turns                     import ScreenTurns
+from ..stereo_soc                       import StereoSoC
+from .flash_pads                        import ECP5FlashPads
 
 ROM_BYTES  = 4*1024 # Of the boot program.
 SRAM_BYTES = 4*1024 # Stack.

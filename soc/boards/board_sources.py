@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
 
-from ...firmware import FIRMWARE_DIR
+from ...firmware  import FIRMWARE_DIR
 from ...sim.build import LITEX_PACKAGES
 from ...sim.paths import SIM_DIR, build_directory, built_once, content_key, source_key
 from ...sim.tools import ToolError, run_logged

@@ -16,12 +16,12 @@ from pathlib import Path
 
 from rich.console import Console
 
-from ...sim.paths import build_directory, built_once, content_key
-from ..mapping import without_collision_logic, without_open_carries
-from ..resources import commit
-from ..synthesis import tool, tool_version
-from ...sim.tools import ToolError, run_logged
-from . import VENDOR_TOOLS, vendor
+from ...sim.paths   import build_directory, built_once, content_key
+from ...sim.tools   import ToolError, run_logged
+from ..mapping      import without_collision_logic, without_open_carries
+from ..resources    import commit
+from ..synthesis    import tool, tool_version
+from .              import VENDOR_TOOLS, vendor
 from .board_sources import TOP, Sources, flash_image, rom_contents, sources, without_dates
 
 @dataclass(frozen=True)

@@ -12,11 +12,11 @@ import re
 import sys
 from pathlib import Path
 
-from ...sim.paths import build_directory
-from ...sim.tools import ToolError
-from . import OPEN_BOARDS, VENDOR_TOOLS
+from ...sim.paths   import build_directory
+from ...sim.tools   import ToolError
+from .              import OPEN_BOARDS, VENDOR_TOOLS
 from .board_sources import sources
-from .build import placement_key
+from .build         import placement_key
 
 def clock_name(net: str) -> str:
     """A clock's name without what nextpnr puts around it."""

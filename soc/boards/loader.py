@@ -14,7 +14,7 @@ from pathlib import Path
 
 from ...sim.paths import build_directory
 from ...sim.tools import ToolError
-from . import VENDOR_TOOLS, soc_class, vendor
+from .            import VENDOR_TOOLS, soc_class, vendor
 
 def built(board: str) -> Path:
     """Folder of a board's bitstream; raises ToolError if there is none."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from ...gateware.parameters import FEATURES
+from ...gateware.common.parameters import FEATURES
 
 def option(default, text):
     """A field with what the option of a target says of it."""

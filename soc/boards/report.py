@@ -10,14 +10,14 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from ..resources import table
-from ..synthesis import Resources
-from ...sim.tools import ToolError
-from . import BOARDS, OPEN_BOARDS, VENDOR_TOOLS, soc_class, vendor
+from ...sim.tools   import ToolError
+from ..resources    import table
+from ..synthesis    import Resources
+from .              import BOARDS, OPEN_BOARDS, VENDOR_TOOLS, soc_class, vendor
 from .board_sources import sources
-from .build import placement_key
-from .check import changes, check, check_clocks, clock_name, delivered
-from .peers import PEERS
+from .build         import placement_key
+from .check         import changes, check, check_clocks, clock_name, delivered
+from .peers         import PEERS
 
 DOCUMENT = Path(__file__).resolve().parents[2] / "docs" / "boards.md"
 

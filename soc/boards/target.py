@@ -11,11 +11,11 @@ import argparse
 import sys
 from dataclasses import fields
 
-from ...gateware.parameters import FEATURES
-from ...sim.tools import ToolError
-from . import soc_class
-from .build import build
-from .loader import flash, load
+from ...gateware.common.parameters import FEATURES
+from ...sim.tools                  import ToolError
+from .                             import soc_class
+from .build                        import build
+from .loader                       import flash, load
 
 def parser(board: str) -> argparse.ArgumentParser:
     """Options of a board's target."""

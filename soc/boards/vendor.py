@@ -12,11 +12,11 @@ import shutil
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from ...sim.paths import build_directory, built_once, content_key
-from ..resources import commit
-from ..synthesis import Resources, resources, tool, tool_version
-from ...sim.tools import run_logged
-from . import VENDOR_TOOLS
+from ...sim.paths   import build_directory, built_once, content_key
+from ...sim.tools   import run_logged
+from ..resources    import commit
+from ..synthesis    import Resources, resources, tool, tool_version
+from .              import VENDOR_TOOLS
 from .board_sources import TOP, Sources, flash_image, rom_contents, without_dates
 
 @dataclass(frozen=True)

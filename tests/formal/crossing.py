@@ -14,8 +14,8 @@ from litex.gen import LiteXModule
 from migen import Cat, If, Memory, Module, Signal
 from migen.genlib.cdc import MultiReg
 
-from litestereo.gateware.crossing import Crossing
-from litestereo.gateware.pulse_crossing import PulseCrossing
+from litestereo.gateware.common.crossing import Crossing
+from litestereo.gateware.common.pulse_crossing import PulseCrossing
 
 from .proof import Proof
 from .streams import queue, taken

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 from migen import Cat, If, Signal
 
-from litestereo.gateware.line_buffer import LineBuffer
-from litestereo.gateware.parameters import MatcherParameters
+from litestereo.gateware.common.parameters import MatcherParameters
+from litestereo.gateware.matcher.line_buffer import LineBuffer
 
 from .proof import Proof, inside
 

@@ -11,8 +11,8 @@ from types import SimpleNamespace
 
 from migen import C, Cat, If, Memory, Mux, Signal
 
-from litestereo.gateware.map_parts import MapParts
-from litestereo.gateware.message import REPLY_BIT, TYPE_READ
+from litestereo.gateware.link.map_parts import MapParts
+from litestereo.gateware.link.message import REPLY_BIT, TYPE_READ
 
 from .proof import Proof, inside, smaller
 from .streams import counted, feed, queue, sound, stays, stored, taken

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from migen import Signal
 
-from litestereo.gateware.matcher import Matcher
+from litestereo.gateware.matcher.matcher import Matcher
 
 from .proof import Proof, inside
 from .streams import feed, sound, taken

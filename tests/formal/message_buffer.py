@@ -9,8 +9,8 @@ from __future__ import annotations
 
 from migen import Signal
 
-from litestereo.gateware import message
-from litestereo.gateware.message_buffer import MessageBuffer
+from litestereo.gateware.link import message
+from litestereo.gateware.link.message_buffer import MessageBuffer
 
 from .message_framer import AnyCRC
 from .proof import Proof, inside, smaller

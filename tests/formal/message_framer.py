@@ -10,8 +10,8 @@ from __future__ import annotations
 from litex.gen import LiteXModule
 from migen import If, Signal
 
-from litestereo.gateware.message import CHUNK_BYTES, FRAME_BYTES, HEADER_WORDS
-from litestereo.gateware.message_framer import MessageFramer
+from litestereo.gateware.link.message import CHUNK_BYTES, FRAME_BYTES, HEADER_WORDS
+from litestereo.gateware.link.message_framer import MessageFramer
 
 from .proof import Proof, inside, smaller
 from .streams import counted, feed, stays, taken

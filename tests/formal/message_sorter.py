@@ -13,8 +13,8 @@ from litex.gen import LiteXModule
 from litex.soc.interconnect import stream
 from migen import Cat, If, Mux, Signal
 
-from litestereo.gateware.message import FRAME_BYTES, HEADER_WORDS, MAILBOX_ENTRY_BYTES, MESSAGE_BYTES
-from litestereo.gateware.message_sorter import MessageSorter
+from litestereo.gateware.link.message import FRAME_BYTES, HEADER_WORDS, MAILBOX_ENTRY_BYTES, MESSAGE_BYTES
+from litestereo.gateware.link.message_sorter import MessageSorter
 
 from .proof import Proof
 from .streams import counted, feed, stays, taken

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from migen import If, Mux, Signal
 
-from litestereo.gateware.pair_gate import PairGate
+from litestereo.gateware.link.pair_gate import PairGate
 
 from .proof import Proof
 from .streams import counted, feed, stays, taken

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from migen import Array, Cat, If, Mux, Signal
 
-from litestereo.gateware.pair_reader import PairReader
+from litestereo.gateware.memory.pair_reader import PairReader
 
 from . import memory
 from .proof import Proof, inside

@@ -11,8 +11,8 @@ from litex.gen import LiteXModule
 from litex.soc.interconnect import stream
 from migen import If, Mux, Signal
 
-from litestereo.gateware.message_arbiter import MessageArbiter
-from litestereo.gateware.stream_register import add_register
+from litestereo.gateware.common.stream_register import add_register
+from litestereo.gateware.link.message_arbiter import MessageArbiter
 
 from .proof import Proof, inside, smaller
 from .streams import all_of, counted, feed, queue, stays, taken

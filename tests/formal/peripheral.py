@@ -11,8 +11,8 @@ from litex.gen import LiteXModule
 from litex.soc.interconnect import csr_bus
 from migen import Cat, If, Signal
 
-from litestereo.gateware.frame_settings import OPTIONS, frame_settings
-from litestereo.gateware.peripheral import StereoPeripheral
+from litestereo.gateware.matcher.frame_settings import OPTIONS, frame_settings
+from litestereo.gateware.peripherals.stereo_peripheral import StereoPeripheral
 
 from . import memory
 from .proof import Proof, inside

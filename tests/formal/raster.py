@@ -9,8 +9,8 @@ from __future__ import annotations
 
 from migen import If, Signal
 
-from litestereo.gateware.parameters import MatcherParameters
-from litestereo.gateware.raster import Raster
+from litestereo.gateware.common.parameters import MatcherParameters
+from litestereo.gateware.matcher.raster import Raster
 
 from .proof import Proof, inside
 from .streams import feed, raster_position, taken

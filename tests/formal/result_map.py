@@ -10,10 +10,10 @@ from __future__ import annotations
 from litex.gen import LiteXModule
 from migen import If, Mux, Signal
 
-from litestereo.gateware.border import Border
-from litestereo.gateware.left_right import LeftRight
-from litestereo.gateware.median import Median
-from litestereo.gateware.parameters import MatcherParameters
+from litestereo.gateware.common.parameters import MatcherParameters
+from litestereo.gateware.post.border import Border
+from litestereo.gateware.post.left_right.left_right import LeftRight
+from litestereo.gateware.post.median import Median
 
 from .proof import Proof, inside
 from .streams import feed, raster_position, sound, stays, taken

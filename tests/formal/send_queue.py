@@ -13,8 +13,8 @@ from litex.gen import LiteXModule
 from litex.soc.interconnect import stream
 from migen import Cat, If, Memory, Mux, Signal
 
-from litestereo.gateware.message import job_layout
-from litestereo.gateware.send_queue import SendQueue
+from litestereo.gateware.link.message import job_layout
+from litestereo.gateware.link.send_queue import SendQueue
 
 from .proof import Proof, inside, smaller
 from .streams import counted, feed, held, stays, taken

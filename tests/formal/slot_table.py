@@ -9,8 +9,8 @@ from __future__ import annotations
 
 from migen import Array, C, Cat, If, Mux, Signal
 
-from litestereo.gateware.message import CHUNK_BYTES
-from litestereo.gateware.slot_table import SlotTable
+from litestereo.gateware.link.message import CHUNK_BYTES
+from litestereo.gateware.link.slot_table import SlotTable
 
 from .proof import Proof, inside
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from migen import Array, Signal
 
-from litestereo.gateware.stream_reader import StreamReader
+from litestereo.gateware.memory.stream_reader import StreamReader
 
 from . import memory
 from .proof import Proof, inside

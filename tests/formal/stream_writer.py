@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from migen import Array, If, Signal
 
-from litestereo.gateware.stream_writer import StreamWriter
+from litestereo.gateware.memory.stream_writer import StreamWriter
 
 from . import memory
 from .proof import Proof, inside

@@ -10,17 +10,17 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from litestereo.gateware.absolute_difference import AbsoluteDifference
-from litestereo.gateware.alignment import Alignment
-from litestereo.gateware.block_sum import BlockSum
-from litestereo.gateware.column_sum import ColumnSum
-from litestereo.gateware.line_buffer import LineBuffer
-from litestereo.gateware.parameters import MatcherParameters
-from litestereo.gateware.prefilter import Prefilter
-from litestereo.gateware.subpixel import Neighbours, Subpixel
-from litestereo.gateware.uniqueness import CostLimit, Uniqueness
-from litestereo.gateware.verdict import Verdict
-from litestereo.gateware.winner import Winner
+from litestereo.gateware.common.parameters import MatcherParameters
+from litestereo.gateware.engines.sad.absolute_difference import AbsoluteDifference
+from litestereo.gateware.engines.sad.block_sum import BlockSum
+from litestereo.gateware.engines.sad.column_sum import ColumnSum
+from litestereo.gateware.matcher.alignment import Alignment
+from litestereo.gateware.matcher.line_buffer import LineBuffer
+from litestereo.gateware.matcher.prefilter import Prefilter
+from litestereo.gateware.post.selection.selection import Verdict
+from litestereo.gateware.post.selection.subpixel import Neighbours, Subpixel
+from litestereo.gateware.post.selection.uniqueness import CostLimit, Uniqueness
+from litestereo.gateware.post.selection.winner import Winner
 from litestereo.sim.stream_core import StreamCore
 from support.lanes import pack
 

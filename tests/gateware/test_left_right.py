@@ -10,8 +10,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from litestereo.gateware.left_right import LeftRight
-from litestereo.gateware.parameters import MatcherParameters
+from litestereo.gateware.common.parameters import MatcherParameters
+from litestereo.gateware.post.left_right.left_right import LeftRight
 from litestereo.sim.stages import Columns, left_right_check
 from support.core_bench import CoreBench
 from support.pairs import generator

@@ -10,8 +10,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from litestereo.gateware.border import Border
-from litestereo.gateware.median import Median
+from litestereo.gateware.post.border import Border
+from litestereo.gateware.post.median import Median
 from litestereo.sim.stages import median3x3
 from support.core_bench import SMALL, CoreBench
 from support.pairs import generator

@@ -12,8 +12,8 @@ import dataclasses
 import numpy as np
 import pytest
 
-from litestereo.gateware.matcher import Matcher, matcher_settings
-from litestereo.gateware.parameters import FEATURES
+from litestereo.gateware.common.parameters import FEATURES
+from litestereo.gateware.matcher.matcher import Matcher, matcher_settings
 from litestereo.sim.cosim import CosimMatcher, pixel_words, signals
 from litestereo.sim.stereobm import StereoSettings, stereo_bm
 from litestereo.sim.stream_core import StreamCore

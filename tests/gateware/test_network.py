@@ -16,8 +16,8 @@ from litex.gen import LiteXModule
 from litex.soc.interconnect import stream
 from migen import ClockDomain, ClockSignal, ResetSignal, Signal
 
-from litestereo.gateware.frame_link import FrameLink
-from litestereo.gateware.network import Network
+from litestereo.gateware.link.network import Network
+from litestereo.gateware.peripherals.frame_link import FrameLink
 from litestereo.host_tools.protocol import Message, MessageType
 from litestereo.sim.stream_core import StreamCore
 from litestereo.soc.add_frame_link import IP_ADDRESS, MAC_ADDRESS, UDP_PORT

@@ -10,9 +10,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from litestereo.gateware.block_sum import BlockSum
-from litestereo.gateware.column_sum import ColumnSum
-from litestereo.gateware.parameters import FEATURES, MAX_BLOCK_SIZE, MIN_BLOCK_SIZE, MatcherParameters
+from litestereo.gateware.common.parameters import FEATURES, MAX_BLOCK_SIZE, MIN_BLOCK_SIZE, MatcherParameters
+from litestereo.gateware.engines.sad.block_sum import BlockSum
+from litestereo.gateware.engines.sad.column_sum import ColumnSum
 from litestereo.sim.cosim import CosimMatcher
 from litestereo.sim.stereobm import StereoSettings, stereo_bm
 from support.core_bench import CoreBench

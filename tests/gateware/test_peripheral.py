@@ -14,16 +14,16 @@ from litex.gen import LiteXModule
 from litex.soc.interconnect import wishbone
 from migen import ClockDomain, Signal
 
-from litestereo.gateware.frame_settings import NO_CHECK, frame_settings
-from litestereo.gateware.parameters import FEATURES
-from litestereo.gateware.peripheral import (
+from litestereo.gateware.common.parameters import FEATURES
+from litestereo.gateware.matcher.frame_settings import NO_CHECK, frame_settings
+from litestereo.gateware.peripherals.stereo_crossing import StereoPeripheralCrossing
+from litestereo.gateware.peripherals.stereo_peripheral import (
     ERROR_ABORTED,
     ERROR_BUS,
     ERROR_CONFIG,
     ERROR_NONE,
     StereoPeripheral,
 )
-from litestereo.gateware.peripheral_crossing import StereoPeripheralCrossing
 from litestereo.sim.pin_core import PinCore
 from litestereo.sim.stereobm import StereoSettings, stereo_bm
 from support.memory import Memory, port_pins, slave

@@ -10,11 +10,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from litestereo.gateware.absolute_difference import AbsoluteDifference
-from litestereo.gateware.alignment import Alignment
-from litestereo.gateware.line_buffer import LineBuffer
-from litestereo.gateware.prefilter import Prefilter
-from litestereo.gateware.raster import Raster
+from litestereo.gateware.engines.sad.absolute_difference import AbsoluteDifference
+from litestereo.gateware.matcher.alignment import Alignment
+from litestereo.gateware.matcher.line_buffer import LineBuffer
+from litestereo.gateware.matcher.prefilter import Prefilter
+from litestereo.gateware.matcher.raster import Raster
 from litestereo.sim.stages import prefilter_xsobel
 from support.core_bench import SMALL, CoreBench
 from support.lanes import steps

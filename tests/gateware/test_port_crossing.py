@@ -13,7 +13,7 @@ from litex.gen import LiteXModule
 from litex.soc.interconnect import wishbone
 from migen import ClockDomain, Signal
 
-from litestereo.gateware.port_crossing import PortCrossing
+from litestereo.gateware.memory.port_crossing import PortCrossing
 from litestereo.sim.pin_core import PinCore
 from support.memory import Memory, port_pins, slave
 from support.pairs import byte_generator

@@ -10,8 +10,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from litestereo.gateware.block_sum import BlockSum
-from litestereo.gateware.column_sum import ColumnSum
+from litestereo.gateware.engines.sad.block_sum import BlockSum
+from litestereo.gateware.engines.sad.column_sum import ColumnSum
 from support.core_bench import SMALL, CoreBench
 from support.lanes import steps
 from support.pairs import generator

@@ -13,12 +13,12 @@ from litex.gen import LiteXModule
 from litex.soc.interconnect import stream
 
 from litestereo.gateware.common import delayed
-from litestereo.gateware.cost_delay import CostDelay
-from litestereo.gateware.parameters import FEATURES, MatcherParameters
-from litestereo.gateware.subpixel import Neighbours, Subpixel
-from litestereo.gateware.uniqueness import CostLimit, Uniqueness, reciprocal
-from litestereo.gateware.verdict import Verdict
-from litestereo.gateware.winner import Winner
+from litestereo.gateware.common.parameters import FEATURES, MatcherParameters
+from litestereo.gateware.post.selection.cost_delay import CostDelay
+from litestereo.gateware.post.selection.selection import Verdict
+from litestereo.gateware.post.selection.subpixel import Neighbours, Subpixel
+from litestereo.gateware.post.selection.uniqueness import CostLimit, Uniqueness, reciprocal
+from litestereo.gateware.post.selection.winner import Winner
 from litestereo.sim import stages
 from support.core_bench import CoreBench
 from support.pairs import generator

@@ -18,7 +18,7 @@ from pathlib import Path
 from litestereo.sim.paths import build_directory, content_key, source_key
 
 from .equivalent import EQUIVALENT
-from .mutants import Mutant, drawn
+from .mutants import Mutant, drawn, source_of
 
 CHECKOUT = Path(__file__).resolve().parents[2]
 GATEWARE = CHECKOUT / "gateware"
@@ -38,7 +38,7 @@ TESTS = {
     # The peripheral does not ask for all marks, the proof does.
     "pair_reader":         ["formal/test_formal.py", "gateware/test_peripheral.py",
                             "-k", "test_peripheral or passes and PairReader"],
-    "peripheral_crossing": ["gateware/test_peripheral.py", "-k", "crossed or faster"],
+    "stereo_crossing":     ["gateware/test_peripheral.py", "-k", "crossed or faster"],
     "port_crossing":       ["gateware/test_port_crossing.py", "gateware/test_peripheral.py",
                             "-k", "test_port_crossing or crossed or faster"],
     "prefilter":           ["gateware/test_pixels.py", "-k", "prefilter"],
@@ -47,7 +47,7 @@ TESTS = {
     "stream_writer":       ["gateware/test_peripheral.py"],
     "subpixel":            ["gateware/test_verdict.py", "-k", "subpixel or neighbours"],
     "uniqueness":          ["gateware/test_verdict.py", "-k", "uniqueness or cost_limit"],
-    "verdict":             ["gateware/test_verdict.py", "-k", "test_verdict"],
+    "selection":           ["gateware/test_verdict.py", "-k", "test_verdict"],
     "vote_row":            ["gateware/test_left_right.py"],
     "winner":              ["gateware/test_verdict.py", "-k", "winner"],
 }
@@ -68,7 +68,7 @@ def outcome(mutant: Mutant, sources: str) -> str:
     for package in ("firmware", "host_tools", "sim", "soc"):
         (copy / package).symlink_to(CHECKOUT / package)
     shutil.copytree(GATEWARE, copy / "gateware", ignore=shutil.ignore_patterns("__pycache__"))
-    (copy / "gateware" / f"{mutant.core}.py").write_text(mutant.source)
+    source_of(copy / "gateware", mutant.core).write_text(mutant.source)
     # Each simulator runs once and briefly, so compiling it is what takes time.
     environment = os.environ | {"PYTHONPATH": str(copy.parent), "PYTHONDONTWRITEBYTECODE": "1",
                                 "LITESTEREO_BUILD": str(folder / "build"),
@@ -104,7 +104,7 @@ def main() -> int:
     judged  = {"caught": [], "hung": [], "equivalent": [], "survived": []}
     for mutant in drawn(GATEWARE, options.cores, options.count, options.seed):
         # Tests that fail in any case would catch everything.
-        whole = Mutant(mutant.core, 0, "none", "", "", "", (GATEWARE / f"{mutant.core}.py").read_text())
+        whole = Mutant(mutant.core, 0, "none", "", "", "", source_of(GATEWARE, mutant.core).read_text())
         if outcome(whole, sources) != "survived":
             print(f"mutation: the tests of {mutant.core} fail, or take too long, without a fault", file=sys.stderr)
             return 1

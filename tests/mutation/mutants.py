@@ -109,10 +109,16 @@ def mutants_of(path: Path) -> list[Mutant]:
     return [result[key] for key in sorted(result)]
 
 
+def source_of(folder: Path, core: str) -> Path:
+    """Return the file of a core: there is one of that name in the folders of the gateware."""
+    (path,) = folder.rglob(f"{core}.py")
+    return path
+
+
 def drawn(folder: Path, cores: list[str], count: int, seed: int) -> list[Mutant]:
     """`count` different mutants of these cores, as evenly spread as can be; the same ones for the same seed."""
     rng   = random.Random(seed)
-    pools = {core: mutants_of(folder / f"{core}.py") for core in cores}
+    pools = {core: mutants_of(source_of(folder, core)) for core in cores}
     for pool in pools.values():
         rng.shuffle(pool)
     result = []

@@ -13,7 +13,7 @@ import pytest
 import litestereo.gateware
 from mutation.__main__ import TESTS
 from mutation.equivalent import EQUIVALENT
-from mutation.mutants import drawn, mutants_of
+from mutation.mutants import drawn, mutants_of, source_of
 
 GATEWARE = Path(litestereo.gateware.__file__).parent
 KINDS    = {"comparison", "operator", "sign", "off by one", "swapped operands", "missing register", "stuck at 0"}
@@ -22,8 +22,8 @@ KINDS    = {"comparison", "operator", "sign", "off by one", "swapped operands", 
 @pytest.mark.parametrize("core", sorted(TESTS))
 def test_a_mutant_differs_in_one_place(core: str) -> None:
     """Each one is Python, another program than the core, and the same in front of the fault and behind it."""
-    source = (GATEWARE / f"{core}.py").read_text()
-    found  = mutants_of(GATEWARE / f"{core}.py")
+    source = source_of(GATEWARE, core).read_text()
+    found  = mutants_of(source_of(GATEWARE, core))
     assert found
     for mutant in found:
         assert ast.dump(ast.parse(mutant.source)) != ast.dump(ast.parse(source)), mutant.name
@@ -54,5 +54,5 @@ def test_every_core_has_tests() -> None:
 def test_exceptions_are_of_this_source() -> None:
     """What is known to be equivalent is still a mutant of the core: an exception does not outlive its line."""
     for core, *rest in EQUIVALENT:
-        found = mutants_of(GATEWARE / f"{core}.py")
+        found = mutants_of(source_of(GATEWARE, core))
         assert tuple(rest) in {(mutant.code, mutant.before, mutant.after) for mutant in found}

@@ -15,9 +15,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from litestereo.gateware.block_sum import BlockSum
-from litestereo.gateware.parameters import MatcherParameters
-from litestereo.gateware.winner import Winner
+from litestereo.gateware.common.parameters import MatcherParameters
+from litestereo.gateware.engines.sad.block_sum import BlockSum
+from litestereo.gateware.post.selection.winner import Winner
 from litestereo.host_tools.datasets import StereoPair
 from litestereo.host_tools.errors import DatasetError
 from litestereo.sim.stereobm import stereo_bm

@@ -9,7 +9,7 @@ import json
 
 import pytest
 
-from litestereo.gateware.parameters import OPENCV_FEATURES
+from litestereo.gateware.common.parameters import OPENCV_FEATURES
 from litestereo.sim.tools import ToolError
 from litestereo.soc.place import Placement
 from litestereo.soc.resources import BARE, feature_table, placement_row, row

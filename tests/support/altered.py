@@ -15,10 +15,11 @@ import litestereo.gateware
 
 def altered(module: str, old: str, new: str):
     """Module of the gateware in which `new` stands in place of `old`, which has to be there once."""
-    path   = Path(litestereo.gateware.__file__).with_name(f"{module}.py")
+    (path,) = Path(litestereo.gateware.__file__).parent.rglob(f"{module}.py")
+    package = ".".join(["litestereo", *path.parent.relative_to(Path(litestereo.gateware.__file__).parents[1]).parts])
     source = path.read_text()
     assert source.count(old) == 1, f"{path} has {source.count(old)} of {old!r}"
-    result = types.ModuleType(f"litestereo.gateware.{module}")
-    result.__package__ = "litestereo.gateware"
+    result = types.ModuleType(f"{package}.{module}")
+    result.__package__ = package
     exec(compile(source.replace(old, new), f"altered {path}", "exec"), result.__dict__)
     return result

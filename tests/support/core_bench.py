@@ -12,7 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from litestereo.gateware.parameters import MatcherParameters
+from litestereo.gateware.common.parameters import MatcherParameters
 from litestereo.sim.stream_core import StreamCore
 
 from .lanes import pack, unpack

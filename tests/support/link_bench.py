@@ -16,8 +16,8 @@ from litex.gen import LiteXModule
 from litex.soc.interconnect import stream
 from migen import Cat, Signal
 
-from litestereo.gateware.frame_link import FrameLink
-from litestereo.gateware.message import TYPE_PAIRS
+from litestereo.gateware.link.message import TYPE_PAIRS
+from litestereo.gateware.peripherals.frame_link import FrameLink
 from litestereo.host_tools.protocol import CHUNK_BYTES, Message, MessageType
 from litestereo.sim.stream_core import StreamCore
 from litestereo.soc.wide_ram import WideRAM

@@ -1,0 +1,141 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+from migen import *
+
+from litex.gen import *
+
+from litex.soc.interconnect import stream
+
+from ..common import *
+from .message import *
+
+# Map Parts ----------------------------------------------------------------------------------------
+
+class MapParts(LiteXModule):
+    """Keep parts of the map that is being computed until they are sent, each as a message of its own.
+
+    The matcher does not wait for the wire: a part that finds no room when it begins is left out. The map is in memory as well.
+
+    Parameters
+    ----------
+    parts : int
+        Room, in parts of 1024 bytes; a power of 2.
+    """
+    def __init__(self, parts=4):
+        check(parts >= 2 and parts & (parts - 1) == 0, f"parts must be a power of 2, at least 2, not {parts}.")
+        self.sink    = stream.Endpoint(disparity_layout())              # Pixels of the map, the last one marked. Never stalls.
+        self.job     = Record(peer_layout() + [                         # Whom the parts go to, and fields of their header:
+            ("session", 32), ("sequence", 32), ("frame_id", 32)])       # taken over by `open`.
+        self.open    = Signal()                                         # Begin a map (pulse). Not while sending, nor within a map.
+        self.close   = Signal()                                         # Give the map up (pulse).
+        self.sending = Signal()                                         # Parts wait to be sent, or one is being sent.
+        self.taken   = Signal()                                         # The message that is offered is being sent, and has to stay.
+        self.source  = stream.Endpoint(job_layout())                    # Messages.
+        self.payload = stream.Endpoint([("data", 32)])                  # Their payloads.
+
+        # # #
+
+        sink     = self.sink
+        words    = CHUNK_BYTES//4
+        memory   = Memory(32, parts*words, name="map_parts")
+        write    = memory.get_port(write_capable=True, mode=READ_FIRST)
+        read     = memory.get_port(mode=READ_FIRST)
+        self.specials += memory, write, read
+        self.fifo = fifo = stream.SyncFIFO([("offset", 32), ("length", 11)], parts)
+        self.comb += sink.ready.eq(1)
+
+        # Pixels to parts.
+        # ----------------
+        active  = Signal()
+        offset  = Signal(32)               # Of the part.
+        pixel   = Signal(max=CHUNK_BYTES//2)
+        held    = Signal(DISPARITY_BITS)   # The pixel before, if that is the first of its word.
+        place   = Signal(max=parts)        # Where the part is kept.
+        omitted = Signal()                 # It is left out.
+        omit    = Signal()
+        ends    = Signal()
+        self.comb += [
+            omit.eq(Mux(pixel == 0, ~fifo.sink.ready, omitted)),
+            ends.eq(sink.valid & active & (sink.last | (pixel == CHUNK_BYTES//2 - 1))),
+            write.adr.eq(Cat(pixel[1:], place)),
+            write.dat_w.eq(Mux(pixel[0], Cat(held, sink.disparity), sink.disparity)),
+            write.we.eq(sink.valid & active & ~omit & (pixel[0] | sink.last)),
+            fifo.sink.valid.eq(ends & ~omit),
+            fifo.sink.offset.eq(offset),
+            fifo.sink.length.eq(Cat(C(0, 1), pixel) + 2),
+        ]
+        self.sync += [
+            If(sink.valid & active,
+                held.eq(sink.disparity),
+                omitted.eq(omit),
+                pixel.eq(pixel + 1),
+                If(ends,
+                    pixel.eq(0),
+                    offset.eq(offset + CHUNK_BYTES),
+                    If(~omit,
+                        place.eq(place + 1)
+                    ),
+                    If(sink.last,
+                        active.eq(0)
+                    )
+                )
+            ),
+            If(self.open,
+                active.eq(1),
+                offset.eq(0),
+                pixel.eq(0)
+            ),
+            If(self.close,
+                active.eq(0)
+            ),
+        ]
+
+        # Messages. What was given up and is not being sent is thrown away.
+        # -----------------------------------------------------------------
+        header   = Record([*self.job.layout], name="part_header")
+        dropping = Signal()
+        popped   = Signal()
+        self.comb += [
+            popped.eq(fifo.source.valid & fifo.source.ready),
+            fifo.source.ready.eq(Mux(self.taken, self.source.ready, dropping)),
+            self.source.valid.eq(fifo.source.valid & (self.taken | ~dropping)),
+            self.source.type.eq(TYPE_READ | REPLY_BIT),
+            self.source.offset.eq(fifo.source.offset),
+            self.source.length.eq(fifo.source.length),
+            [getattr(self.source, name).eq(getattr(header, name)) for name, *_ in self.job.layout],
+            self.sending.eq(fifo.source.valid),
+        ]
+        self.sync += [
+            If(self.open,
+                [getattr(header, name).eq(getattr(self.job, name)) for name, *_ in self.job.layout]
+            ),
+            If(self.close,
+                dropping.eq(1)
+            ).Elif(~fifo.source.valid,
+                dropping.eq(0)
+            ),
+        ]
+
+        # Payload of the first of them.
+        # -----------------------------
+        first     = Signal(max=parts) # Where it is kept.
+        index     = Signal(max=words)
+        following = Signal(max=words)
+        there     = Signal()          # The memory shows its word.
+        self.comb += [
+            following.eq(index + (self.payload.valid & self.payload.ready)),
+            read.adr.eq(Cat(following, first)),
+            self.payload.valid.eq(there),
+            self.payload.data.eq(read.dat_r),
+        ]
+        self.sync += [
+            index.eq(following),
+            there.eq(fifo.source.valid & ~popped),
+            If(popped,
+                first.eq(first + 1),
+                index.eq(0)
+            ),
+        ]

@@ -1,0 +1,81 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+from migen import *
+
+from litex.gen import *
+
+from litex.soc.interconnect import stream
+
+from ..common                 import *
+from ..common.crossing        import Crossing
+from ..common.pulse_crossing  import PulseCrossing
+from ..common.stream_register import add_register
+from .ports                   import FarPort, MemoryReader, MemoryWriter, word_bytes
+
+# Port Crossing ------------------------------------------------------------------------------------
+
+class PortCrossing(FarPort, LiteXModule):
+    """A memory port for a core in another clock domain: addresses and words cross, not the port's handshake.
+
+    An address and its word cross together, and a word has been written when that has come back. Whatever gives up its
+    accesses and waits for those under way leaves nothing behind in here.
+
+    Parameters
+    ----------
+    port : wishbone.Interface or LiteDRAMNativePort
+        Port in `sys`.
+    mode : str
+        "read" or "write".
+    clock_domain : str
+        Of the core.
+    burst_bytes : int
+        Bytes that the core reads or writes in one go.
+    """
+    def __init__(self, port, mode, clock_domain, burst_bytes=128):
+        check(mode in ("read", "write"), f"mode must be read or write, not {mode}.")
+        burst = max(4, burst_bytes//word_bytes(port))
+        near  = (MemoryReader if mode == "read" else MemoryWriter)(port, fifo_depth=burst)
+        self.near         = near
+        self.clock_domain = clock_domain
+        self.data_width   = port.data_width
+        self.sink         = stream.Endpoint(near.sink.description) # What the core asks for,
+        self.error        = self.add_pulse(near.error, 4*burst)
+
+        # # #
+
+        self.requests = requests = Crossing(near.sink.description.payload_layout, clock_domain, "sys", depth=8)
+        add_register(self, requests.source, near.sink)
+        if mode == "read":
+            self.comb  += self.sink.connect(requests.sink)
+            self.source = stream.Endpoint(near.source.description) # and gets.
+            self.words  = words = Crossing(near.source.description.payload_layout, "sys", clock_domain, depth=16)
+            self.comb  += near.source.connect(words.sink)
+            add_register(self, words.source, self.source, clock_domain)
+        else:
+            self.written = self.add_pulse(near.written, 2*burst)
+            self.add_limit(requests, 2*burst)
+
+    def add_pulse(self, pulse, most):
+        """Have a pulse cross to the core; returns it as the core sees it."""
+        crossing = PulseCrossing("sys", self.clock_domain, most)
+        self.submodules += crossing
+        self.comb += crossing.i.eq(pulse)
+        return crossing.o
+
+    def add_limit(self, requests, most):
+        """Let no more than `most` words be on their way: who writes counts them, and in here there is room for more."""
+        under_way = Signal(max=most + 1)
+        room      = Signal()
+        taken     = Signal()
+        self.comb += [
+            room.eq(under_way != most),
+            self.sink.connect(requests.sink, omit={"valid", "ready"}),
+            requests.sink.valid.eq(self.sink.valid & room),
+            self.sink.ready.eq(requests.sink.ready & room),
+            taken.eq(requests.sink.valid & requests.sink.ready),
+        ]
+        sync  = getattr(self.sync, self.clock_domain)
+        sync += under_way.eq(under_way + taken - self.written)

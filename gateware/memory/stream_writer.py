@@ -1,0 +1,158 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+from migen import *
+
+from litex.gen import *
+
+from litex.soc.interconnect import stream
+
+from ..common import *
+from .ports   import MemoryWriter, buffered, word_address, word_bytes
+
+# Stream Writer ------------------------------------------------------------------------------------
+
+class StreamWriter(LiteXModule):
+    """Write a stream of items to memory, one behind the other, in bursts.
+
+    The base address is a multiple of the port's word. Whole words are written: up to a word less an item behind the last
+    one is overwritten with undefined values.
+
+    A block runs from `start` (one clock, while `idle`) to the item marked last. `stop`, held until `idle`, gives it up:
+    what is under way is written, the rest is thrown away.
+
+    Parameters
+    ----------
+    port : wishbone.Interface or LiteDRAMNativePort
+        Way to memory.
+    bits : int
+        Of an item: not more than the port's.
+    burst_bytes : int
+        Bytes that are written in one go.
+    """
+    def __init__(self, port, bits, burst_bytes=128):
+        burst = burst_bytes//word_bytes(port)
+        check(bits <= port.data_width, f"items of {bits} bits do not fit the port's words of {port.data_width}.")
+        self.sink  = stream.Endpoint([("data", bits)]) # Items, the block's last one marked.
+        self.base  = Signal(32)                        # Byte address of the first.
+        self.start = Signal()                          # Begin a block (pulse).
+        self.stop  = Signal()                          # Give the block up (level).
+        self.idle  = Signal()                          # No block, everything is in memory.
+        self.error = Signal()                          # Bus error (pulse).
+
+        # # #
+
+        self.writer = writer = MemoryWriter(port, fifo_depth=max(4, burst))
+        self.comb += self.error.eq(writer.error)
+
+        # Items to words. (LiteX's Converter would do, but its mark `last` outlives a reset.)
+        # -----------------------------------------------------------------------------------
+        self.fifo = fifo = ResetInserter()(stream.SyncFIFO([("data", port.data_width)], 2*burst, buffered(2*burst)))
+        lanes     = port.data_width//bits
+        running   = Signal()
+        word      = Signal(port.data_width)
+        lane      = Signal(max=max(lanes, 2))
+        full      = Signal()
+        last_word = Signal()
+        self.comb += [
+            self.sink.ready.eq(running & (~full | fifo.sink.ready)),
+            fifo.sink.valid.eq(full),
+            fifo.sink.data.eq(word),
+            fifo.sink.last.eq(last_word),
+        ]
+        self.sync += [
+            If(fifo.sink.ready,
+                full.eq(0)
+            ),
+            If(self.sink.valid & self.sink.ready,
+                Case(lane, {n: part.eq(self.sink.data) for n, part in enumerate(lanes_of(word, lanes))}),
+                lane.eq(lane + 1),
+                If((lane == lanes - 1) | self.sink.last,
+                    lane.eq(0),
+                    full.eq(1),
+                    last_word.eq(self.sink.last)
+                )
+            ),
+            If(~running,
+                lane.eq(0),
+                full.eq(0)
+            ),
+        ]
+
+        # Words to memory: a burst when one is complete, or when the block is.
+        # ------------------------------------------------------------------
+        position  = Signal(32)
+        under_way = Signal(max=4*burst + 1)
+        packed    = Signal() # The block's last word is in the FIFO.
+        asked     = Signal()
+        last      = Signal()
+        address, compute_address = word_address(port, self.base, position)
+        self.comb += [
+            compute_address,
+            writer.sink.address.eq(address),
+            writer.sink.data.eq(fifo.source.data),
+            asked.eq(writer.sink.valid & writer.sink.ready),
+            fifo.source.ready.eq(asked),
+            last.eq(asked & fifo.source.last),
+        ]
+        self.fsm = fsm = FSM(reset_state="IDLE")
+        self.comb += [
+            self.idle.eq(fsm.ongoing("IDLE")),
+            running.eq(fsm.ongoing("COLLECT") | fsm.ongoing("BURST")),
+            fifo.reset.eq(fsm.ongoing("IDLE") | fsm.ongoing("DRAIN")),
+        ]
+        self.sync += [
+            under_way.eq(under_way + asked - writer.written),
+            If(asked,
+                position.eq(position + 1)
+            ),
+            If(fifo.sink.valid & fifo.sink.ready & fifo.sink.last,
+                packed.eq(1)
+            ),
+            If(fsm.ongoing("IDLE"),
+                position.eq(0),
+                packed.eq(0)
+            ),
+        ]
+        fsm.act("IDLE",
+            If(self.start,
+                NextState("COLLECT")
+            )
+        )
+        fsm.act("COLLECT",
+            If(self.stop,
+                NextState("DRAIN")
+            ).Elif((fifo.level >= burst) | packed,
+                NextState("BURST")
+            )
+        )
+        fsm.act("BURST",
+            writer.sink.valid.eq(fifo.source.valid),
+            If(~fifo.source.valid,
+                NextState("COLLECT")
+            ),
+            If(last,
+                NextState("DRAIN")
+            ),
+            # A request once made stays until it is taken.
+            If(self.stop,
+                If(asked | ~fifo.source.valid,
+                    NextState("DRAIN")
+                ).Else(
+                    NextState("DRAIN-REQUEST")
+                )
+            )
+        )
+        fsm.act("DRAIN-REQUEST",
+            writer.sink.valid.eq(1),
+            If(asked,
+                NextState("DRAIN")
+            )
+        )
+        fsm.act("DRAIN",
+            If(under_way == 0,
+                NextState("IDLE")
+            )
+        )

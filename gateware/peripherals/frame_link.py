@@ -1,0 +1,142 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+from migen import *
+
+from litex.gen import *
+
+from litex.soc.interconnect import stream
+
+from ..common               import *
+from ..link.message         import *
+from ..link.map_parts       import MapParts
+from ..link.message_arbiter import MessageArbiter
+from ..link.message_buffer  import MessageBuffer
+from ..link.message_framer  import MessageFramer
+from ..link.message_sorter  import MessageSorter
+from ..link.pair_gate       import PairGate
+from ..link.send_queue      import SendQueue
+from ..link.slot_table      import SlotTable
+from ..memory.ports         import word_bytes
+from ..memory.stream_reader import StreamReader
+from ..memory.stream_writer import StreamWriter
+from .frame_link_csr        import FrameLinkCSR
+
+# Frame Link ---------------------------------------------------------------------------------------
+
+class FrameLink(FrameLinkCSR, LiteXModule):
+    """Images from datagrams to memory, and maps and the firmware's replies from memory to datagrams.
+
+    Streamed frames go past memory: pairs from datagrams to `pairs`, and the map from `map` to datagrams.
+
+    Parameters
+    ----------
+    read_port, write_port : wishbone.Interface or LiteDRAMNativePort
+        Ways to memory, of at least 32 bits.
+    address : int
+        IPv4 address of the device.
+    port : int
+        UDP port of the device.
+    slots, max_chunks
+        See `SlotTable`.
+    mailbox_entries
+        See `MessageSorter`.
+    burst_bytes : int
+        Bytes that are read or written in one go.
+    streaming : bool
+        Build what streamed frames need.
+    """
+    def __init__(self, read_port, write_port, address, port, slots=4, max_chunks=1024, mailbox_entries=8, burst_bytes=128,
+        streaming=False, with_csr=True):
+        self.sink   = stream.Endpoint(datagram_description()) # From LiteEth's UDP core.
+        self.source = stream.Endpoint(datagram_description()) # To it.
+        self.pairs  = stream.Endpoint(pixel_pair_layout())    # Pairs of a streamed frame.
+        self.map    = stream.Endpoint(disparity_layout())     # Its map, as it goes to memory; never stalls.
+
+        self.address         = address
+        self.port            = port
+        self.slots           = slots
+        self.max_chunks      = max_chunks
+        self.mailbox_entries = mailbox_entries
+        self.streaming       = streaming
+        self.alignment       = max(word_bytes(read_port), word_bytes(write_port)) # Bytes.
+
+        self.matching = Signal() # The matcher is at work; for a counter.
+
+        # # #
+
+        # Cores.
+        # ------
+        self.buffer = buffer = MessageBuffer()
+        self.table  = table  = SlotTable(slots, max_chunks)
+        self.writer = writer = StreamWriter(write_port, 32, burst_bytes)
+        self.gate   = gate   = PairGate() if streaming else None
+        self.sorter = sorter = MessageSorter(table, writer, mailbox_entries, gate)
+        self.reader = reader = StreamReader(read_port, 32, burst_bytes)
+        self.queue  = queue  = SendQueue(reader)
+        self.framer = framer = MessageFramer(port)
+
+        # Streams.
+        # --------
+        self.comb += [
+            self.sink.connect(buffer.sink),
+            buffer.source.connect(sorter.sink),
+            framer.source.connect(self.source),
+        ]
+        if streaming:
+            self.add_streaming()
+        else:
+            self.comb += [
+                queue.source.connect(framer.sink),
+                queue.payload.connect(framer.payload),
+            ]
+
+        # Counters.
+        # ---------
+        events = {
+            "datagrams_received":    buffer.received,
+            "datagrams_malformed":   buffer.malformed,
+            "datagrams_overrun":     buffer.overrun,
+            "mailbox_overrun":       sorter.mailbox_full,
+            "uploads_foreign":       sorter.foreign,
+            "uploads_unfit":         sorter.unfit,
+            "chunks_received":       sorter.accepted,
+            "chunks_repeated":       sorter.repeated,
+            "chunks_while_matching": sorter.stored & self.matching,
+            "datagrams_sent":        framer.sent,
+        }
+        self.counters = {}
+        for name, event in events.items():
+            self.counters[name] = counter = Signal(32, name=name)
+            self.sync += If(event, counter.eq(counter + 1))
+
+        if with_csr:
+            self.add_csr()
+
+    def add_streaming(self):
+        """The way of streamed frames: pairs to the matcher, and parts of the map between the other messages."""
+        gate, sorter, framer = self.gate, self.sorter, self.framer
+        self.parts    = parts   = MapParts()
+        self.arbiter  = arbiter = MessageArbiter()
+        self.sequence = Signal(32) # Of the parts of the map.
+        self.comb += [
+            gate.source.connect(self.pairs),
+            self.map.connect(parts.sink),
+            parts.open.eq(gate.open),
+            parts.close.eq(gate.close),
+            parts.job.address.eq(sorter.peer_address),
+            parts.job.port.eq(sorter.peer_port),
+            parts.job.session.eq(sorter.token),
+            parts.job.sequence.eq(self.sequence),
+            parts.job.frame_id.eq(gate.frame_id),
+            parts.taken.eq(arbiter.taken[1]),
+            arbiter.source.connect(framer.sink),
+            arbiter.payload.connect(framer.payload),
+        ]
+        for n, core in enumerate([self.queue, parts]):
+            self.comb += [
+                core.source.connect(arbiter.sinks[n]),
+                core.payload.connect(arbiter.payloads[n]),
+            ]

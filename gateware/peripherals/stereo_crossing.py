@@ -1,0 +1,142 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+from migen import *
+from migen.genlib.cdc import MultiReg
+
+from litex.gen import *
+from litex.gen.genlib.misc import WaitTimer
+
+from ..common                 import *
+from ..common.pulse_crossing  import PulseCrossing
+from ..matcher.frame_settings import frame_settings
+from ..memory.port_crossing   import PortCrossing
+from .stereo_csr              import PeripheralCSR
+from .stereo_peripheral       import ERROR_NONE, StereoPeripheral
+
+# Clocks of `sys` in which settings stand still before the other side looks at them. A level has crossed by then too, if the
+# other clock has a quarter of the frequency or more.
+SETTLE_CLOCKS = 16
+
+# Stereo Peripheral Crossing -----------------------------------------------------------------------
+
+class StereoPeripheralCrossing(PeripheralCSR, LiteXModule):
+    """A `StereoPeripheral` in a clock domain of its own, as seen from `sys`: matcher and DMA need not wait for a slow CPU.
+
+    Ports, registers and interrupts are in `sys`, and so are all Signals, which are named as those of `StereoPeripheral`; clocks
+    are counted in `sys` too. There are no streamed frames.
+
+    Parameters
+    ----------
+    read_port, write_port : wishbone.Interface or LiteDRAMNativePort
+        Ports in `sys` through which the images are read and the map is written.
+    clock_domain : str
+        Of matcher and DMA: a quarter of the frequency of `sys` at least. A reset must hold both for some clocks.
+    max_width, disparities, max_block_size, features, burst_bytes
+        See `StereoPeripheral`.
+    """
+    def __init__(self, read_port, write_port, clock_domain, max_width=640, disparities=64, max_block_size=9,
+        features=FEATURES, burst_bytes=128, with_csr=True):
+        self.read_crossing  = read_crossing  = PortCrossing(read_port,  "read",  clock_domain, burst_bytes)
+        self.write_crossing = write_crossing = PortCrossing(write_port, "write", clock_domain, burst_bytes)
+        self.core = core = ClockDomainsRenamer(clock_domain)(StereoPeripheral(read_crossing, write_crossing,
+            max_width, disparities, max_block_size, features, burst_bytes, with_csr=False))
+
+        self.parameters = core.parameters
+        self.alignment  = core.alignment # Bytes.
+
+        for name, bits in frame_settings():
+            setattr(self, name, Signal(bits, name=name))
+        self.start            = Signal()
+        self.abort            = Signal()
+        self.busy             = Signal()
+        self.done             = Signal()
+        self.failed           = Signal()
+        self.error_code       = Signal(4)
+        self.clocks           = Signal(32)
+        self.first_row_clocks = Signal(32)
+        self.frames           = Signal(32)
+
+        # # #
+
+        # Settings, taken over at start: they stand still while the other side looks.
+        # ---------------------------------------------------------------------------
+        begin = Signal()
+        for name, bits in frame_settings():
+            held = Signal(bits, name=f"held_{name}")
+            self.sync += If(begin, held.eq(getattr(self, name)))
+            self.comb += getattr(core, name).eq(held)
+
+        # What crosses: pulses, and the wish to give the frame up for as long as there is one.
+        # ------------------------------------------------------------------------------------
+        started   = self.add_pulse("sys", clock_domain)
+        done      = self.add_pulse(clock_domain, "sys")
+        failed    = self.add_pulse(clock_domain, "sys")
+        first_row = self.add_pulse(clock_domain, "sys")
+        aborted   = Signal()
+        self.specials += MultiReg(aborted, core.abort, clock_domain)
+        self.comb += [
+            core.start.eq(started.o),
+            done.i.eq(core.done),
+            failed.i.eq(core.failed),
+            first_row.i.eq(core.matcher.first_row),
+        ]
+
+        # Frame.
+        # ------
+        self.settle = settle = WaitTimer(SETTLE_CLOCKS)
+        self.fsm    = fsm    = FSM(reset_state="IDLE")
+        self.comb += [
+            self.busy.eq(~fsm.ongoing("IDLE")),
+            settle.wait.eq(fsm.ongoing("SETTLE")),
+        ]
+        self.sync += [
+            If(self.busy,
+                self.clocks.eq(self.clocks + 1),
+                If(self.abort, aborted.eq(1))
+            ).Else(
+                aborted.eq(0)
+            ),
+            If(first_row.o,
+                self.first_row_clocks.eq(self.clocks)
+            ),
+        ]
+        fsm.act("IDLE",
+            If(self.start,
+                begin.eq(1),
+                NextValue(self.error_code, ERROR_NONE),
+                NextValue(self.clocks, 0),
+                NextValue(self.first_row_clocks, 0),
+                NextState("SETTLE")
+            )
+        )
+        fsm.act("SETTLE",
+            If(settle.done,
+                started.i.eq(1),
+                NextState("FRAME")
+            )
+        )
+        fsm.act("FRAME",
+            If(done.o,
+                self.done.eq(1),
+                NextValue(self.frames, self.frames + 1),
+                NextState("IDLE")
+            ),
+            If(failed.o,
+                self.failed.eq(1),
+                NextValue(self.error_code, core.error_code),
+                NextState("IDLE")
+            )
+        )
+
+        if with_csr:
+            self.add_csr()
+            self.add_irq()
+
+    def add_pulse(self, cd_from, cd_to):
+        """A crossing for pulses of which one is under way at most."""
+        crossing = PulseCrossing(cd_from, cd_to)
+        self.submodules += crossing
+        return crossing

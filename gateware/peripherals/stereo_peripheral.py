@@ -1,0 +1,180 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+from migen import *
+
+from litex.gen import *
+from litex.gen.genlib.misc import WaitTimer
+
+from litex.soc.interconnect import stream
+
+from ..common                 import *
+from ..matcher.frame_settings import FrameSettings, frame_settings
+from ..matcher.matcher        import Matcher, matcher_settings
+from ..memory.pair_reader     import PairReader
+from ..memory.ports           import word_bytes
+from ..memory.stream_writer   import StreamWriter
+from .stereo_csr              import PeripheralCSR
+
+ERROR_NONE, ERROR_CONFIG, ERROR_BUS, ERROR_ABORTED = range(4)
+
+# Stereo Peripheral --------------------------------------------------------------------------------
+
+class StereoPeripheral(PeripheralCSR, LiteXModule):
+    """Matcher between memory and memory: registers, DMA and interrupts around `Matcher`.
+
+    A streamed frame's pixels come from `pairs` instead, and its map goes to `map` as well as to memory.
+
+    Its settings are Signals named as in `frame_settings`.
+
+    Parameters
+    ----------
+    read_port, write_port : wishbone.Interface or LiteDRAMNativePort
+        Ports through which the images are read and the map is written.
+    max_width, disparities, max_block_size, features
+        Of the matcher: see `MatcherParameters`.
+    burst_bytes : int
+        Bytes that are read or written in one go.
+    """
+    def __init__(self, read_port, write_port, max_width=640, disparities=64, max_block_size=9, features=FEATURES,
+        burst_bytes=128, with_csr=True):
+        self.matcher = matcher = Matcher(max_width, MAX_HEIGHT, disparities, max_block_size, features)
+        self.reader  = reader  = PairReader(read_port, burst_bytes)
+        self.writer  = writer  = StreamWriter(write_port, DISPARITY_BITS, burst_bytes)
+
+        self.pairs = stream.Endpoint(pixel_pair_layout()) # Pairs of a streamed frame, the first and the last one marked.
+        self.map   = stream.Endpoint(disparity_layout())  # Its map, as it goes to memory; whoever takes it never stalls.
+
+        self.parameters = matcher.parameters
+        self.alignment  = max(word_bytes(read_port), word_bytes(write_port)) # Bytes.
+
+        # Settings, taken over at start.
+        for name, bits in frame_settings():
+            setattr(self, name, Signal(bits, name=name))
+        # Control.
+        self.start = Signal() # Begin a frame (pulse). Ignored while busy.
+        self.abort = Signal() # Give the frame up (pulse). Ignored while idle.
+        # Status.
+        self.busy             = Signal()   # Between start and done or error.
+        self.done             = Signal()   # The map is in memory (pulse).
+        self.failed           = Signal()   # There will be no map: see error_code (pulse).
+        self.error_code       = Signal(4)  # Of the last frame.
+        self.clocks           = Signal(32) # Of the last frame, from start to done.
+        self.first_row_clocks = Signal(32) # Likewise, to the end of the first row that has disparities.
+        self.frames           = Signal(32) # Frames done since reset.
+
+        # # #
+
+        # Settings of the frame.
+        # ----------------------
+        begin = Signal()
+        self.frame = frame = FrameSettings(self.parameters, self.alignment)
+        self.sync += If(begin, [getattr(frame, name).eq(getattr(self, name)) for name, _ in frame_settings()])
+        legal  = Signal()
+        pixels = Signal(32)
+        self.sync += [
+            legal.eq(frame.legal),
+            pixels.eq(frame.width*frame.height),
+        ]
+        self.comb += [
+            reader.left_base.eq(frame.left_base),
+            reader.right_base.eq(frame.right_base),
+            reader.pixels.eq(pixels),
+            writer.base.eq(frame.disparity_base),
+        ] + [getattr(matcher, name).eq(getattr(frame, name)) for name, *_ in matcher_settings(self.parameters)]
+
+        # Frame.
+        # ------
+        settle    = WaitTimer(8)
+        next_code = Signal(4)
+        aborted   = Signal() # Remembered until the frame has begun, and can be given up.
+        self.submodules += settle
+        self.fsm = fsm = FSM(reset_state="IDLE")
+        self.comb += self.busy.eq(~fsm.ongoing("IDLE"))
+        self.sync += [
+            If(self.abort,
+                aborted.eq(1)
+            ),
+            If(~self.busy,
+                aborted.eq(0)
+            ),
+        ]
+        fsm.act("IDLE",
+            If(self.start,
+                begin.eq(1),
+                NextValue(self.error_code, ERROR_NONE),
+                NextValue(self.clocks, 0),
+                NextValue(self.first_row_clocks, 0),
+                NextState("CHECK")
+            )
+        )
+        fsm.act("CHECK",
+            settle.wait.eq(1),
+            NextValue(self.clocks, self.clocks + 1),
+            If(settle.done,
+                If(legal,
+                    reader.start.eq(~frame.streamed),
+                    writer.start.eq(1),
+                    NextState("BEGIN")
+                ).Else(
+                    NextValue(next_code, ERROR_CONFIG),
+                    NextState("STOP")
+                )
+            )
+        )
+        fsm.act("BEGIN",
+            NextValue(self.clocks, self.clocks + 1),
+            NextState("FRAME")
+        )
+        fsm.act("FRAME",
+            NextValue(self.clocks, self.clocks + 1),
+            If(matcher.first_row,
+                NextValue(self.first_row_clocks, self.clocks + 1)
+            ),
+            If(self.abort | aborted,
+                NextValue(next_code, ERROR_ABORTED),
+                NextState("STOP")
+            ).Elif(reader.error | writer.error,
+                NextValue(next_code, ERROR_BUS),
+                NextState("STOP")
+            ).Elif(reader.idle & writer.idle,
+                self.done.eq(1),
+                NextValue(self.frames, self.frames + 1),
+                NextState("IDLE")
+            )
+        )
+        fsm.act("STOP",
+            reader.stop.eq(1),
+            writer.stop.eq(1),
+            If(reader.idle & writer.idle,
+                self.failed.eq(1),
+                NextValue(self.error_code, next_code),
+                NextState("IDLE")
+            )
+        )
+
+        # A register: this reaches half of the FPGA.
+        resetting = Signal()
+        self.sync += resetting.eq(fsm.ongoing("STOP"))
+        self.comb += matcher.reset.eq(resetting)
+
+        # Stream.
+        # -------
+        self.comb += [
+            If(~frame.streamed,
+                reader.source.connect(matcher.sink)
+            ).Elif(fsm.ongoing("FRAME"),
+                self.pairs.connect(matcher.sink)
+            ),
+            matcher.source.connect(writer.sink, omit={"disparity"}),
+            writer.sink.data.eq(matcher.source.disparity),
+            self.map.valid.eq(frame.streamed & matcher.source.valid & matcher.source.ready),
+            self.map.last.eq(matcher.source.last),
+            self.map.disparity.eq(matcher.source.disparity),
+        ]
+
+        if with_csr:
+            self.add_csr()
+            self.add_irq()
