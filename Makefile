@@ -50,57 +50,57 @@ test: install ## Run all tests, the linters first
 	@$(PYTHON) -m pytest -n $(JOBS) $(BY_FILE) $(COUNTS) $(TESTS)
 
 sim: install ## Run the full system in simulation: udp://127.0.0.1:UDP_PORT, and its UART on tcp://127.0.0.1:PORT
-	@$(PYTHON) -m litestereo.sim.serve --port $(PORT) --udp-port $(UDP_PORT) --ram $(RAM)
+	@$(PYTHON) -m litestereo.sim.system.serve --port $(PORT) --udp-port $(UDP_PORT) --ram $(RAM)
 
 example: install ## Run a program of firmware/examples in simulation: NAME=hello_disparity, obstacle, throughput or recovery
-	@$(PYTHON) -m litestereo.sim.example $(NAME)
+	@$(PYTHON) -m litestereo.sim.system.example $(NAME)
 
 bench: install ## Measure clocks, print a table and write build/bench.json
 	@$(PYTHON) -m litestereo.sim.bench
 
 resources: ## Synthesize and place the matcher for several FPGAs, and write docs/resources.md
 	@.ci/install fpga
-	@$(PYTHON) -m litestereo.soc.resources
+	@$(PYTHON) -m litestereo.soc.reports.resources
 
 network: ## Synthesize and place the Ethernet part for an ECP5, check its clocks, and write docs/network.md
 	@.ci/install fpga
-	@$(PYTHON) -m litestereo.soc.network_timing
+	@$(PYTHON) -m litestereo.soc.reports.network
 
 thesis: ## Measure a counterpart of every table and figure of the thesis, and write docs/thesis.md
 	@.ci/install fpga
 	@$(PYTHON) -m litestereo.sim.thesis
 
 boards: install ## List the boards and what is built for each
-	@$(PYTHON) -m litestereo.soc.boards.report list
+	@$(PYTHON) -m litestereo.soc.reports.boards list
 
 bitstream: ## Build the bitstream and the firmware's image for BOARD with Yosys and nextpnr, into build/BOARD
 	@.ci/install fpga
-	@$(PYTHON) -m litestereo.soc.boards.$(BOARD) --build
+	@$(PYTHON) -m litestereo.soc.flow.target $(BOARD) --build
 
 load: ## Load the bitstream into BOARD, until its power is off
 	@.ci/install fpga
-	@$(PYTHON) -m litestereo.soc.boards.$(BOARD) --load
+	@$(PYTHON) -m litestereo.soc.flow.target $(BOARD) --load
 
 flash: ## Write bitstream and firmware to the flash of BOARD
 	@.ci/install fpga
-	@$(PYTHON) -m litestereo.soc.boards.$(BOARD) --flash
+	@$(PYTHON) -m litestereo.soc.flow.target $(BOARD) --flash
 
 boards-sim: install ## Boot each board's own SoC in simulation, and match a real pair on it
 	@LITESTEREO_BOARDS="$(BOARDS)" $(PYTHON) -m pytest -q --timeout 0 tests/sim/test_boards.py
 
 boards-check: ## Check that every bitstream is of these sources, and meets its clocks
 	@.ci/install fpga
-	@$(PYTHON) -m litestereo.soc.boards.check
+	@$(PYTHON) -m litestereo.soc.flow.check
 
 boards-doc: ## Write docs/boards.md from the bitstreams that are built
 	@.ci/install fpga
-	@$(PYTHON) -m litestereo.soc.boards.report
+	@$(PYTHON) -m litestereo.soc.reports.boards
 
 reproduce: install ## Build the firmware twice, from copies of all sources in two folders, and compare the binaries
-	@$(PYTHON) -m litestereo.sim.reproduce
+	@$(PYTHON) -m litestereo.soc.release.reproduce
 
 sbom: install ## Write docs/sbom.cdx.json and docs/licences.md: what the products are made of, and its licences
-	@$(PYTHON) -m litestereo.sim.sbom
+	@$(PYTHON) -m litestereo.soc.release.sbom
 
 sweep: install ## Compare the matcher with cv2.StereoBM at 2000 settings instead of 200
 	@LITESTEREO_SETTINGS=2000 $(PYTHON) -m pytest -n $(JOBS) tests/gateware/test_opencv.py

@@ -101,7 +101,7 @@ def _open_simulation(url: DeviceUrl, link_settings: LinkSettings) -> Device:
 
 def _start(url: DeviceUrl, options: dict[str, int | str]) -> _Simulation:
     try:
-        system = importlib.import_module("litestereo.sim.system")
+        system = importlib.import_module("litestereo.sim.system.simulation")
     except ImportError as error:
         raise DeviceError(f"{url.text} cannot be started: {one_line(error)}") from error
     try:

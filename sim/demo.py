@@ -22,10 +22,10 @@ from ..host_tools.errors import LiteStereoError
 from ..host_tools.images import write_disparity
 from ..host_tools.metrics import rate
 from ..host_tools.settings import MatcherSettings
-from .build import SimulationError
-from .paths import build_directory
-from .stereobm import StereoSettings, stereo_bm
-from .system import start_simulation
+from ..soc.build.paths import build_directory
+from .models.stereo_bm import StereoSettings, stereo_bm
+from .system.build import SimulationError
+from .system.simulation import start_simulation
 
 #: The pair is shrunk, because the simulated UART, which is tried as well, carries some kilobytes a second. Then 32
 #: disparities cover it.

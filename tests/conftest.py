@@ -15,7 +15,7 @@ import pytest
 from migen.fhdl import tracer
 
 from covered import gateware
-from litestereo.sim.verilated_core import coverage_directory
+from litestereo.sim.cores.verilated_core import coverage_directory
 
 #: Of the gateware's lines, what the tests have run.
 PERCENT = pytest.StashKey[float]()

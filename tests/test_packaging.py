@@ -21,10 +21,10 @@ CHECKOUT = Path(__file__).parents[1]
 #: Imports everything from the wheel, and runs the matcher's Verilog, for which the wheel's C++ is compiled.
 PROGRAM = """
 import numpy as np
-import litestereo.host_tools.cli, litestereo.sim.system, litestereo.soc.simulation
+import litestereo.host_tools.cli, litestereo.sim.system.simulation, litestereo.sim.socs.simulated_soc
 from litestereo.firmware import FIRMWARE_DIR
-from litestereo.sim.cosim import CosimMatcher
-from litestereo.sim.stereobm import StereoSettings
+from litestereo.sim.cores.cosim import CosimMatcher
+from litestereo.sim.models.stereo_bm import StereoSettings
 assert "site" in str(FIRMWARE_DIR) and (FIRMWARE_DIR / "Makefile").is_file()
 image = np.zeros((5, 24), np.uint8)
 print(CosimMatcher(24, 16, 5).match_settings(image, image, StereoSettings(16, 5))[0].shape)

@@ -19,9 +19,9 @@ from cyclonedx.schema import SchemaVersion
 from cyclonedx.validation.json import JsonStrictValidator
 from packaging.requirements import Requirement
 
-from litestereo.sim.sbom import __main__ as command
-from litestereo.sim.sbom import components, licences
-from litestereo.sim.sbom.components import EMBEDDED, NOWHERE
+from litestereo.soc.release.sbom import __main__ as command
+from litestereo.soc.release.sbom import components, licences
+from litestereo.soc.release.sbom.components import EMBEDDED, NOWHERE
 
 DOCS = Path(__file__).parents[1] / "docs"
 
@@ -89,7 +89,7 @@ def test_read_licences():
 
 def test_no_licence():
     """A package whose metadata do not say it is refused, with what to do."""
-    with pytest.raises(ValueError, match="READ in sim/sbom/licences.py"):
+    with pytest.raises(ValueError, match="READ in soc/release/sbom/licences.py"):
         licences.licence(distribution("litespi"), "litespi")
 
 

@@ -49,7 +49,7 @@ class ModelMatcher:
     """The reference model in NumPy, which counts no clocks."""
 
     def __init__(self) -> None:
-        self._model = importlib.import_module("litestereo.sim.stereobm")
+        self._model = importlib.import_module("litestereo.sim.models.stereo_bm")
 
     def match(self, left: NDArray[np.uint8], right: NDArray[np.uint8], settings: MatcherSettings) -> Matched:
         """Disparity map of a pair, and no clocks."""
@@ -63,8 +63,8 @@ class GatewareMatcher:
     """The gateware's Verilog in Verilator; raises as `sim.cosim.CosimMatcher` does."""
 
     def __init__(self, max_width: int, disparities: int, max_block_size: int) -> None:
-        self._model   = importlib.import_module("litestereo.sim.stereobm")
-        cosim         = importlib.import_module("litestereo.sim.cosim")
+        self._model   = importlib.import_module("litestereo.sim.models.stereo_bm")
+        cosim         = importlib.import_module("litestereo.sim.cores.cosim")
         self._matcher = cosim.CosimMatcher(max_width=max_width, disparities=disparities,
                                            max_block_size=max_block_size)
         self.features = int(self._matcher.features)

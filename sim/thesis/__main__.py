@@ -14,13 +14,13 @@ import rich.console
 import rich.progress
 
 from ...host_tools.errors import LiteStereoError
-from ..paths import SIM_DIR
-from ..tools import ToolError
+from ...soc.build.paths import PACKAGE_DIR
+from ...soc.build.tools import ToolError
 from .middlebury import data_key
 from .page import SECTIONS, write
 from .presets import Scale
 
-DOCUMENT = SIM_DIR.parent / "docs" / "thesis.md"
+DOCUMENT = PACKAGE_DIR / "docs" / "thesis.md"
 
 
 def main() -> int:

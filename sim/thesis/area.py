@@ -11,9 +11,10 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from ...soc.place import PACKAGE, SPEED_GRADE, place
-from ...soc.resources import PLACEMENTS, table, tools
-from ...soc.synthesis import emit, resources, synthesize
+from ...soc.flow.place import PACKAGE, SPEED_GRADE, place
+from ...soc.flow.synthesis import emit, resources, synthesize
+from ...soc.reports.markdown import table, tools
+from ...soc.reports.resources import PLACEMENTS
 from .presets import BARE, Preset, Scale
 from .section import Section
 

@@ -16,10 +16,10 @@ import numpy as np
 
 from ...host_tools.device import Device, connect
 from ...host_tools.settings import MatcherSettings
-from ...soc.resources import table
-from ..build import MATCHER, MEMORIES
-from ..pattern import LEFT_SEED, RIGHT_SEED, pattern
-from ..stereobm import stereo_bm
+from ...soc.reports.markdown import table
+from ..models.pattern import LEFT_SEED, RIGHT_SEED, pattern
+from ..models.stereo_bm import stereo_bm
+from ..system.build import MATCHER, MEMORIES
 from .area import placed_mhz
 from .pictures import Curve, plot
 from .presets import PUBLISHED, Preset, Scale

@@ -16,7 +16,7 @@ import numpy as np
 
 from ...host_tools.images import disparity_pixels
 from ...host_tools.metrics import rate
-from ...soc.resources import table
+from ...soc.reports.markdown import table
 from .middlebury import PAIRS, stereo_pair
 from .pictures import maps
 from .presets import Scale

@@ -14,7 +14,7 @@ from ...host_tools.datasets import StereoPair
 from ...host_tools.errors import DatasetError
 from ...host_tools.ground_truth import read_ground_truth
 from ...host_tools.images import read_grey
-from ..paths import content_key
+from ...soc.build.paths import content_key
 
 #: Pairs that the figures of the thesis show.
 PAIRS = ("tsukuba", "venus", "cones")

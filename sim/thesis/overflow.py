@@ -18,10 +18,10 @@ from ...gateware.engines.sad.block_sum import BlockSum
 from ...gateware.engines.sad.column_sum import ColumnSum
 from ...host_tools.datasets import StereoPair
 from ...host_tools.images import disparity_pixels
-from ...soc.resources import table
-from .. import stages
-from ..cosim import CosimMatcher
-from ..stereobm import stereo_bm
+from ...soc.reports.markdown import table
+from ..cores.cosim import CosimMatcher
+from ..models import stages
+from ..models.stereo_bm import stereo_bm
 from .middlebury import stereo_pair
 from .pictures import maps
 from .presets import BARE, Preset, Scale

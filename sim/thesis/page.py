@@ -11,7 +11,7 @@ import shutil
 from collections.abc import Iterable
 from pathlib import Path
 
-from ...soc.resources import commit
+from ...soc.build.commit import commit
 from . import area, clocks, maps, overflow, serial, structure, windows
 from .middlebury import CREDIT
 from .presets import CITATION, OURS, PUBLISHED, THESIS, Scale

@@ -10,9 +10,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ...gateware.common.parameters import OPENCV_FEATURES
-from ..bench import NO_STAGE
-from ..cosim import CosimMatcher
-from ..stereobm import StereoSettings
+from ..bench.clocks import NO_STAGE
+from ..cores.cosim import CosimMatcher
+from ..models.stereo_bm import StereoSettings
 
 #: The thesis.
 CITATION = ("D. Citron: Stereo Vision System Module for Low-Cost FPGAs for Autonomous Mobile Robots. Master's thesis, "

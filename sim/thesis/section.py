@@ -14,12 +14,14 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from ..build import LITEX_PACKAGES
-from ..paths import SIM_DIR, build_directory, built_once, content_key, source_key
+from ...soc.build.paths import LITEX_PACKAGES, PACKAGE_DIR, build_directory, built_once, content_key, source_key
 from .middlebury import data_key
 from .presets import Scale
 
 PACKAGE = Path(__file__).resolve().parent
+
+#: What every measurement is of.
+MEASURED = ("firmware", "gateware", "soc", "sim/bench", "sim/cores", "sim/models", "sim/socs", "sim/system")
 
 #: Files of this package that every measurement depends on, besides the one that it stands in.
 SHARED = ("elaborated.py", "middlebury.py", "pictures.py", "presets.py")
@@ -61,12 +63,10 @@ class Section:
 
     def measured(self, scale: Scale) -> Path:
         """Folder with `result.json` and pictures; measured once for each content."""
-        package = SIM_DIR.parent
         module  = Path(self.measure.__code__.co_filename)
         key     = content_key([repr(scale), module.read_bytes(),
                                *((PACKAGE / name).read_bytes() for name in (*SHARED, *self.uses)),
-                               *(path.read_bytes() for path in sorted(SIM_DIR.glob("*.py"))),
-                               source_key(package / "gateware", package / "soc", package / "firmware"),
+                               source_key(*(PACKAGE_DIR / folder for folder in MEASURED)),
                                *(version(name) for name in LITEX_PACKAGES), data_key() if self.needs_pairs else ""])
 
         def build(folder: Path) -> None:

@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 from ...firmware import FIRMWARE_DIR
 from ...host_tools.datasets import StereoPair
 from ...host_tools.device import Device, connect
-from ...soc.resources import table
-from ..bench import measure as bench
+from ...soc.reports.markdown import table
+from ..bench.clocks import measure as bench
 from .clocks import WrongMap
 from .middlebury import stereo_pair
 from .presets import BARE, Preset, Scale

@@ -18,7 +18,7 @@ from ...gateware.engines.sad.column_sum import ColumnSum
 from ...gateware.matcher.line_buffer import LineBuffer
 from ...gateware.matcher.matcher import Matcher
 from ...gateware.post.selection.winner import Winner
-from ...soc.resources import table
+from ...soc.reports.markdown import table
 from .elaborated import contents
 from .presets import PUBLISHED, THESIS, Preset, Scale
 from .section import Section

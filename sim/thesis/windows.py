@@ -19,9 +19,9 @@ from ...gateware.common.parameters import MIN_BLOCK_SIZE
 from ...host_tools.datasets import StereoPair
 from ...host_tools.images import disparity_pixels
 from ...host_tools.metrics import rate
-from ...soc.resources import table
-from .. import model
-from ..cosim import CosimMatcher
+from ...soc.reports.markdown import table
+from ..cores.cosim import CosimMatcher
+from ..models import block_matching as model
 from .middlebury import stereo_pair
 from .pictures import Curve, maps, plot
 from .presets import BARE, Preset, Scale

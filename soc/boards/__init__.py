@@ -7,6 +7,9 @@
 
 from importlib import import_module
 
+# Name of the top level and of all files of the gateware.
+TOP = "top"
+
 # Class of each board's SoC, in the module of the board's name; loaded when it is asked for, as LiteX is slow to import.
 BOARDS = {
     "colorlight_i5":   "ColorlightI5",

@@ -5,8 +5,6 @@
 
 """Digilent Arty A7 with an XC7A35T or XC7A100T: 256 MB of DDR3 at 16 bits, Ethernet of 100 Mbit/s. Vivado makes the bitstream."""
 
-import sys
-
 from litedram.modules import MT41K128M16
 from litedram.phy     import A7DDRPHY
 
@@ -15,10 +13,9 @@ from liteeth.phy.mii import LiteEthPHYMII
 from litex_boards.platforms.digilent_arty import Platform
 from litex_boards.targets.digilent_arty   import _CRG as ArtyCRG
 
-from .board_soc  import BoardSoC
-from .flash_pads import FlashPads
-from .preset     import Preset
-from .target     import main
+from ..parts.flash_pads import FlashPads
+from .board_soc         import BoardSoC
+from .preset            import Preset
 
 class Arty(BoardSoC):
     board_name    = "arty"
@@ -55,6 +52,3 @@ class Arty(BoardSoC):
 
     def make_flash_pads(self):
         return FlashPads(self.platform.request("spiflash"))
-
-if __name__ == "__main__":
-    sys.exit(main("arty"))

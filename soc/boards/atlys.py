@@ -5,18 +5,15 @@
 
 """Digilent Atlys with an XC6SLX45: 128 MB of DDR2 at 16 bits. The board of Citron's thesis of 2014; ISE makes the bitstream."""
 
-import sys
-
 from litedram.modules import MT47H64M16
 from litedram.phy     import S6HalfRateDDRPHY
 
 from litex_boards.platforms.digilent_atlys import Platform
 from litex_boards.targets.digilent_atlys   import _CRG
 
-from .board_soc  import BoardSoC
-from .flash_pads import FlashPads
-from .preset     import Preset
-from .target     import main
+from ..parts.flash_pads import FlashPads
+from .board_soc         import BoardSoC
+from .preset            import Preset
 
 # Clocks -------------------------------------------------------------------------------------------
 
@@ -60,6 +57,3 @@ class Atlys(BoardSoC):
 
     def make_flash_pads(self):
         return FlashPads(self.platform.request("spiflash4x"))
-
-if __name__ == "__main__":
-    sys.exit(main("atlys"))

@@ -15,9 +15,9 @@ from litedram.core.controller import ControllerSettings
 from ...gateware.common.bus_register    import BusRegister
 from ...gateware.common.parameters      import check
 from ...gateware.common.stream_register import add_register
-from ..screen_turns                     import ScreenTurns
-from ..stereo_soc                       import StereoSoC
-from .flash_pads                        import ECP5FlashPads
+from ..parts.flash_pads                 import ECP5FlashPads
+from ..parts.screen_arbiter             import ScreenTurns
+from ..parts.stereo_soc                 import StereoSoC
 
 ROM_BYTES  = 4*1024 # Of the boot program.
 SRAM_BYTES = 4*1024 # Stack.

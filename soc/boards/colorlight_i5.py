@@ -5,11 +5,8 @@
 
 """Colorlight i5: LFE5U-25F, 8 MB of SDRAM at 32 bits, gigabit Ethernet."""
 
-import sys
-
 from .colorlight import ColorlightSoC
 from .preset     import Preset
-from .target     import main
 
 class ColorlightI5(ColorlightSoC):
     board_name   = "colorlight_i5"
@@ -25,6 +22,3 @@ class ColorlightI5(ColorlightSoC):
         streaming      = False,
         with_icmp      = False,
     )
-
-if __name__ == "__main__":
-    sys.exit(main("colorlight_i5"))

@@ -5,11 +5,8 @@
 
 """Colorlight i9: LFE5U-45F, 8 MB of SDRAM at 32 bits, gigabit Ethernet."""
 
-import sys
-
 from .colorlight import ColorlightSoC
 from .preset     import Preset
-from .target     import main
 
 class ColorlightI9(ColorlightSoC):
     board_name   = "colorlight_i9"
@@ -25,6 +22,3 @@ class ColorlightI9(ColorlightSoC):
         with_icmp      = False,
         density        = 0.7,
     )
-
-if __name__ == "__main__":
-    sys.exit(main("colorlight_i9"))

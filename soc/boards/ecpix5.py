@@ -5,8 +5,6 @@
 
 """LambdaConcept ECPIX-5 with an LFE5UM5G-85F or -45F: 512 MB of DDR3 at 16 bits, gigabit Ethernet."""
 
-import sys
-
 from migen import *
 from migen.genlib.resetsync import AsyncResetSynchronizer
 
@@ -14,8 +12,8 @@ from litex.gen import *
 
 from litex.soc.cores.clock import ECP5PLL
 
-from litedram.modules         import MT41K256M16
-from litedram.phy             import ECP5DDRPHY
+from litedram.modules import MT41K256M16
+from litedram.phy     import ECP5DDRPHY
 
 from liteeth.phy.ecp5rgmii import LiteEthPHYRGMII
 
@@ -23,7 +21,6 @@ from litex_boards.platforms.lambdaconcept_ecpix5 import Platform
 
 from .board_soc import BoardSoC, SDR_SETTINGS
 from .preset    import Preset
-from .target    import main
 
 # Clocks -------------------------------------------------------------------------------------------
 
@@ -114,6 +111,3 @@ class ECPIX5(BoardSoC):
 
     def make_ethernet_phy(self):
         return LiteEthPHYRGMII(self.platform.request("eth_clocks"), self.platform.request("eth"), rx_delay=0)
-
-if __name__ == "__main__":
-    sys.exit(main("ecpix5"))

@@ -5,18 +5,15 @@
 
 """Sipeed Tang Primer 20K with a GW2A-18: 128 MB of DDR3 at 16 bits. Gowin's tool makes the bitstream."""
 
-import sys
-
 from litedram.modules import MT41K64M16
 from litedram.phy     import GW2DDRPHY
 
 from litex_boards.platforms.sipeed_tang_primer_20k import Platform
 from litex_boards.targets.sipeed_tang_primer_20k   import _CRG as TangPrimer20kCRG
 
-from .board_soc  import BoardSoC
-from .flash_pads import FlashPads
-from .preset     import Preset
-from .target     import main
+from ..parts.flash_pads import FlashPads
+from .board_soc         import BoardSoC
+from .preset            import Preset
 
 class TangPrimer20k(BoardSoC):
     board_name    = "tang_primer_20k"
@@ -52,6 +49,3 @@ class TangPrimer20k(BoardSoC):
 
     def make_flash_pads(self):
         return FlashPads(self.platform.request("spiflash"))
-
-if __name__ == "__main__":
-    sys.exit(main("tang_primer_20k"))

@@ -5,8 +5,6 @@
 
 """Radiona ULX3S with an LFE5U-85F: 32 MB of SDRAM at 16 bits, a serial line over USB, HDMI."""
 
-import sys
-
 from migen import *
 
 from litex.gen import *
@@ -19,10 +17,9 @@ from litedram.phy     import GENSDRPHY
 
 from litex_boards.platforms.radiona_ulx3s import Platform
 
-from ..hdmi_phy import HDMIPHY
-from .board_soc import BoardSoC, PIXEL_DOMAIN, PIXEL_HZ, SDR_SETTINGS
-from .preset    import Preset
-from .target    import main
+from ..parts.hdmi_phy import HDMIPHY
+from .board_soc       import BoardSoC, PIXEL_DOMAIN, PIXEL_HZ, SDR_SETTINGS
+from .preset          import Preset
 
 # Clocks -------------------------------------------------------------------------------------------
 
@@ -88,6 +85,3 @@ class ULX3S(BoardSoC):
 
     def make_video_phy(self):
         return HDMIPHY(self.platform.request("gpdi"), PIXEL_DOMAIN)
-
-if __name__ == "__main__":
-    sys.exit(main("ulx3s"))

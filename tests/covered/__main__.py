@@ -13,9 +13,9 @@ import subprocess
 import sys
 from pathlib import Path
 
-from litestereo.sim.paths import build_directory
-from litestereo.sim.verilated_core import coverage_directory
-from litestereo.soc.resources import commit
+from litestereo.sim.cores.verilated_core import coverage_directory
+from litestereo.soc.build.paths import build_directory
+from litestereo.soc.reports.resources import commit
 
 from . import firmware, gateware
 

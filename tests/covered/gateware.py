@@ -13,7 +13,7 @@ from collections import Counter
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from litestereo.sim.paths import build_directory
+from litestereo.soc.build.paths import build_directory
 
 #: Percent of the lines that have to be run.
 LINES_FLOOR = 95.0

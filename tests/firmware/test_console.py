@@ -13,9 +13,9 @@ import zlib
 
 import pytest
 
-from litestereo.sim import model
-from litestereo.sim.bench import ALL_STAGES
-from litestereo.sim.stereobm import stereo_bm
+from litestereo.sim.bench.clocks import ALL_STAGES
+from litestereo.sim.models import block_matching as model
+from litestereo.sim.models.stereo_bm import stereo_bm
 from support.native_device import native_device
 from support.pattern import pattern
 

@@ -9,7 +9,7 @@ import subprocess
 
 import numpy as np
 
-from litestereo.sim.stereobm import stereo_bm
+from litestereo.sim.models.stereo_bm import stereo_bm
 from support.awkward import awkward_pairs
 from support.drawn import any_settings
 from support.pairs import generator

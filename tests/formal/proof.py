@@ -16,7 +16,7 @@ from litex.gen.fhdl import verilog
 from migen import Signal
 from migen.fhdl.tools import list_signals
 
-from litestereo.sim.verilated import PortsTop
+from litestereo.sim.cores.verilated import PortsTop
 
 
 def inside(core: LiteXModule, name: str) -> list[Signal]:

@@ -17,7 +17,7 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
-from litestereo.sim.paths import build_directory, content_key
+from litestereo.soc.build.paths import build_directory, content_key
 
 from .proof import Proof
 

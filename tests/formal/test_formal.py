@@ -59,8 +59,8 @@ FAULTS = {
         line_buffer, "line_buffer", "LineBuffer", "ring_row == last_row", "ring_row == last_row + 1",
         "the address stays within block_size rows"),
     "settings taken at any time": (
-        peripheral, "stereo_peripheral", "StereoPeripheral", "self.sync += If(begin, [", "self.sync += If(self.start, [",
-        "of a frame holds until the next"),
+        peripheral, "stereo_peripheral", "StereoPeripheral", "self.sync += If(begin, [",
+        "self.sync += If(self.start, [", "of a frame holds until the next"),
     "illegal settings": (
         peripheral, "stereo_peripheral", "StereoPeripheral", "If(legal,", "If(legal | (frame.width == 0),",
         "DMA begins with legal settings alone"),

@@ -17,7 +17,7 @@ import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
-from litestereo.sim.paths import build_directory
+from litestereo.soc.build.paths import build_directory
 from support.firmware_build import ROOT
 
 SOURCES = ROOT / "firmware" / "fuzz"

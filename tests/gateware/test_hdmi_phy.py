@@ -8,9 +8,9 @@
 from litex.gen import LiteXModule
 from migen import ClockDomain, ClockSignal, Record, ResetSignal
 
-from litestereo.sim.pin_core import PinCore
-from litestereo.soc.hdmi_phy import HDMIChannel
-from litestereo.soc.video_model import VideoPHYModel
+from litestereo.sim.cores.pin_core import PinCore
+from litestereo.sim.socs.video_model import VideoPHYModel
+from litestereo.soc.parts.hdmi_phy import HDMIChannel
 from support.pairs import generator
 from support.screen import PADS
 

@@ -21,7 +21,7 @@ from litestereo.gateware.post.selection.selection import Verdict
 from litestereo.gateware.post.selection.subpixel import Neighbours, Subpixel
 from litestereo.gateware.post.selection.uniqueness import CostLimit, Uniqueness
 from litestereo.gateware.post.selection.winner import Winner
-from litestereo.sim.stream_core import StreamCore
+from litestereo.sim.cores.stream_core import StreamCore
 from support.lanes import pack
 
 BUILT = MatcherParameters(max_width=100, disparities=48, max_block_size=9)

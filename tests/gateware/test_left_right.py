@@ -12,7 +12,7 @@ import pytest
 
 from litestereo.gateware.common.parameters import MatcherParameters
 from litestereo.gateware.post.left_right.left_right import LeftRight
-from litestereo.sim.stages import Columns, left_right_check
+from litestereo.sim.models.stages import Columns, left_right_check
 from support.core_bench import CoreBench
 from support.pairs import generator
 

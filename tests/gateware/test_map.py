@@ -12,7 +12,7 @@ import pytest
 
 from litestereo.gateware.post.border import Border
 from litestereo.gateware.post.median import Median
-from litestereo.sim.stages import median3x3
+from litestereo.sim.models.stages import median3x3
 from support.core_bench import SMALL, CoreBench
 from support.pairs import generator
 

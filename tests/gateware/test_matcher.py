@@ -14,9 +14,9 @@ import pytest
 
 from litestereo.gateware.common.parameters import FEATURES
 from litestereo.gateware.matcher.matcher import Matcher, matcher_settings
-from litestereo.sim.cosim import CosimMatcher, pixel_words, signals
-from litestereo.sim.stereobm import StereoSettings, stereo_bm
-from litestereo.sim.stream_core import StreamCore
+from litestereo.sim.cores.cosim import CosimMatcher, pixel_words, signals
+from litestereo.sim.cores.stream_core import StreamCore
+from litestereo.sim.models.stereo_bm import StereoSettings, stereo_bm
 from support.awkward import awkward_pairs
 from support.data import FOLDERS, stereo_pair
 from support.drawn import any_settings

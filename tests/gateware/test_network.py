@@ -19,9 +19,9 @@ from migen import ClockDomain, ClockSignal, ResetSignal, Signal
 from litestereo.gateware.link.network import Network
 from litestereo.gateware.peripherals.frame_link import FrameLink
 from litestereo.host_tools.protocol import Message, MessageType
-from litestereo.sim.stream_core import StreamCore
-from litestereo.soc.add_frame_link import IP_ADDRESS, MAC_ADDRESS, UDP_PORT
-from litestereo.soc.wide_ram import WideRAM
+from litestereo.sim.cores.stream_core import StreamCore
+from litestereo.soc.parts.add_frame_link import IP_ADDRESS, MAC_ADDRESS, UDP_PORT
+from litestereo.soc.parts.wide_ram import WideRAM
 from support.ethernet_frames import (
     BROADCAST,
     DEVICE,

@@ -11,7 +11,7 @@ import os
 
 import pytest
 
-from litestereo.sim.cosim import CosimMatcher
+from litestereo.sim.cores.cosim import CosimMatcher
 from support.awkward import awkward_pairs
 from support.data import PAIRS, stereo_pair
 from support.drawn import drawn_settings

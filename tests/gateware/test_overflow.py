@@ -13,8 +13,8 @@ import pytest
 from litestereo.gateware.common.parameters import FEATURES, MAX_BLOCK_SIZE, MIN_BLOCK_SIZE, MatcherParameters
 from litestereo.gateware.engines.sad.block_sum import BlockSum
 from litestereo.gateware.engines.sad.column_sum import ColumnSum
-from litestereo.sim.cosim import CosimMatcher
-from litestereo.sim.stereobm import StereoSettings, stereo_bm
+from litestereo.sim.cores.cosim import CosimMatcher
+from litestereo.sim.models.stereo_bm import StereoSettings, stereo_bm
 from support.core_bench import CoreBench
 from support.lanes import steps
 

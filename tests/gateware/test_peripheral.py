@@ -24,8 +24,8 @@ from litestereo.gateware.peripherals.stereo_peripheral import (
     ERROR_NONE,
     StereoPeripheral,
 )
-from litestereo.sim.pin_core import PinCore
-from litestereo.sim.stereobm import StereoSettings, stereo_bm
+from litestereo.sim.cores.pin_core import PinCore
+from litestereo.sim.models.stereo_bm import StereoSettings, stereo_bm
 from support.memory import Memory, port_pins, slave
 from support.pairs import byte_generator, textured_pair
 

@@ -15,7 +15,7 @@ from litestereo.gateware.matcher.alignment import Alignment
 from litestereo.gateware.matcher.line_buffer import LineBuffer
 from litestereo.gateware.matcher.prefilter import Prefilter
 from litestereo.gateware.matcher.raster import Raster
-from litestereo.sim.stages import prefilter_xsobel
+from litestereo.sim.models.stages import prefilter_xsobel
 from support.core_bench import SMALL, CoreBench
 from support.lanes import steps
 from support.pairs import generator

@@ -14,7 +14,7 @@ from litex.soc.interconnect import wishbone
 from migen import ClockDomain, Signal
 
 from litestereo.gateware.memory.port_crossing import PortCrossing
-from litestereo.sim.pin_core import PinCore
+from litestereo.sim.cores.pin_core import PinCore
 from support.memory import Memory, port_pins, slave
 from support.pairs import byte_generator
 

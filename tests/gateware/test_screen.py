@@ -13,10 +13,10 @@ from litex.gen import LiteXModule
 from litex.soc.cores.video import VideoFrameBuffer, VideoTimingGenerator
 from migen import ClockDomainsRenamer, Record
 
-from litestereo.sim.pin_core import PinCore
+from litestereo.sim.cores.pin_core import PinCore
+from litestereo.sim.socs.video_model import VideoPHYModel
 from litestereo.soc.boards.board_soc import PIXEL_DOMAIN, SCREEN_FIFO_BYTES
-from litestereo.soc.screen_turns import ScreenTurns
-from litestereo.soc.video_model import VideoPHYModel
+from litestereo.soc.parts.screen_arbiter import ScreenTurns
 from support.firmware_build import build_tests
 from support.pairs import generator
 from support.screen import PADS, drawn_picture, expected_picture

@@ -19,7 +19,7 @@ from litestereo.gateware.post.selection.selection import Verdict
 from litestereo.gateware.post.selection.subpixel import Neighbours, Subpixel
 from litestereo.gateware.post.selection.uniqueness import CostLimit, Uniqueness, reciprocal
 from litestereo.gateware.post.selection.winner import Winner
-from litestereo.sim import stages
+from litestereo.sim.models import stages
 from support.core_bench import CoreBench
 from support.pairs import generator
 

@@ -16,7 +16,7 @@ from litestereo.host_tools.device import connect
 from litestereo.host_tools.errors import DeviceError, ImageError, SettingsError, UnsupportedError, UrlError
 from litestereo.host_tools.protocol import Parameter
 from litestereo.host_tools.settings import MatcherSettings
-from litestereo.sim.stereobm import stereo_bm
+from litestereo.sim.models.stereo_bm import stereo_bm
 from support.expected import expected_map
 from support.pairs import generator, textured_pair
 from support.scripted_device import scripted_server
@@ -132,7 +132,7 @@ class CosimStandIn:
 
 
 def test_cosim_device_is_built_as_its_url_says(monkeypatch):
-    stand_in(monkeypatch, "litestereo.sim.cosim", CosimMatcher=CosimStandIn)
+    stand_in(monkeypatch, "litestereo.sim.cores.cosim", CosimMatcher=CosimStandIn)
     left, right = textured_pair(60, 20, generator(41))
     with connect("cosim:?disparities=32&max_width=320&max_block_size=11") as device:
         assert CosimStandIn.built == (320, 32, 11)
@@ -150,7 +150,7 @@ def test_a_cosim_that_cannot_be_built_is_one_line(monkeypatch):
     def fail(**_):
         raise RuntimeError("verilator failed:\nsee log")
 
-    stand_in(monkeypatch, "litestereo.sim.cosim", CosimMatcher=fail)
+    stand_in(monkeypatch, "litestereo.sim.cores.cosim", CosimMatcher=fail)
     with pytest.raises(DeviceError, match="cannot be built: verilator failed: see log"):
         connect("cosim:")
 
@@ -184,7 +184,7 @@ def test_sim_device_is_started_with_its_options_and_stopped(monkeypatch):
             started.append((ram, slots, Simulation(int(url.rsplit(":", 1)[1]))))
             return started[-1][-1]
 
-        stand_in(monkeypatch, "litestereo.sim.system", start_simulation=start_simulation,
+        stand_in(monkeypatch, "litestereo.sim.system.simulation", start_simulation=start_simulation,
                  SimulationError=SimulationError)
         # The scripted server hangs up, so the connection fails; the simulation must be stopped all the same.
         with pytest.raises(DeviceError, match="closed the connection|lost"):
@@ -200,7 +200,7 @@ def test_sim_device_is_started_with_its_options_and_stopped(monkeypatch):
 def test_sim_device_is_reached_by_its_ethernet(monkeypatch):
     with udp_device() as there:
         simulation = Simulation(0, there.port)
-        stand_in(monkeypatch, "litestereo.sim.system", start_simulation=lambda: simulation,
+        stand_in(monkeypatch, "litestereo.sim.system.simulation", start_simulation=lambda: simulation,
                  SimulationError=SimulationError)
         with connect("sim:") as device:
             assert device.info().url == "sim:"
@@ -213,6 +213,6 @@ def test_a_simulation_that_cannot_start_is_one_line(monkeypatch, error):
     def fail():
         raise error
 
-    stand_in(monkeypatch, "litestereo.sim.system", start_simulation=fail, SimulationError=SimulationError)
+    stand_in(monkeypatch, "litestereo.sim.system.simulation", start_simulation=fail, SimulationError=SimulationError)
     with pytest.raises(DeviceError, match="cannot be started: no compiler"):
         connect("sim:")

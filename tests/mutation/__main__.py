@@ -15,7 +15,7 @@ import sys
 import time
 from pathlib import Path
 
-from litestereo.sim.paths import build_directory, content_key, source_key
+from litestereo.soc.build.paths import build_directory, content_key, source_key
 
 from .equivalent import EQUIVALENT
 from .mutants import Mutant, drawn, source_of

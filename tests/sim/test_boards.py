@@ -16,10 +16,10 @@ import pytest
 
 from litestereo.host_tools.device import connect
 from litestereo.host_tools.settings import MatcherSettings
-from litestereo.sim.build import build_firmware, build_soc
-from litestereo.sim.system import start_simulation
+from litestereo.sim.system.build import build_firmware, build_soc
+from litestereo.sim.system.simulation import start_simulation
 from litestereo.soc.boards import BOARDS, soc_class
-from litestereo.soc.boards.board_sources import flash_image
+from litestereo.soc.flow.sources import flash_image
 from support.data import stereo_pair
 from support.expected import expected_map
 from support.screen import CLOCKS, LINES, expected_picture, shown_picture

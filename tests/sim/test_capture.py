@@ -12,7 +12,7 @@ import struct
 import pytest
 
 from litestereo.host_tools.protocol import Message, MessageType
-from litestereo.sim.capture import Captured, read_capture
+from litestereo.sim.system.capture import Captured, read_capture
 from support.ethernet_frames import BROADCAST, DEVICE, HOST, arp, datagram, ethernet, ip_packet, udp_packet
 
 PEER   = HOST._replace(port=40000)

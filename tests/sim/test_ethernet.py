@@ -26,8 +26,8 @@ from litestereo.host_tools.device import connect
 from litestereo.host_tools.errors import DeviceError, SessionLost
 from litestereo.host_tools.protocol import CHUNK_BYTES, Message, MessageType
 from litestereo.host_tools.settings import MatcherSettings
-from litestereo.sim.build import SimulationError
-from litestereo.sim.system import SYS_CLK_HZ, start_simulation
+from litestereo.sim.system.build import SimulationError
+from litestereo.sim.system.simulation import SYS_CLK_HZ, start_simulation
 from support.checked import check_small_frame, check_stream
 from support.drawn import any_settings
 from support.expected import expected_map
@@ -361,7 +361,7 @@ def test_port_in_use(device):
     """One clear line, from the function and from the command."""
     with pytest.raises(SimulationError, match=f"^port {device.udp_port} is in use"):
         start_simulation(udp_port=device.udp_port)
-    command = [sys.executable, "-m", "litestereo.sim.serve", "--port", "0", "--udp-port", str(device.udp_port)]
+    command = [sys.executable, "-m", "litestereo.sim.system.serve", "--port", "0", "--udp-port", str(device.udp_port)]
     serve   = subprocess.run(command, check=False, capture_output=True, text=True)
     assert serve.returncode == 1
     assert serve.stderr == f"sim: error: port {device.udp_port} is in use: choose another, or 0 for a free one\n"

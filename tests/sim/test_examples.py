@@ -16,9 +16,9 @@ import numpy as np
 import pytest
 
 from litestereo.firmware import FIRMWARE_DIR
-from litestereo.sim.build import SimulationError, examples
-from litestereo.sim.example import run_example
-from litestereo.sim.stereobm import StereoSettings, stereo_bm
+from litestereo.sim.models.stereo_bm import StereoSettings, stereo_bm
+from litestereo.sim.system.build import SimulationError, examples
+from litestereo.sim.system.example import run_example
 from support.pattern import pattern
 
 pytestmark = pytest.mark.system
@@ -26,8 +26,8 @@ pytestmark = pytest.mark.system
 
 def test_hello_disparity():
     """The wall is 12 pixels away, in sixteenths, and the line comes by the command of `make example`."""
-    done = subprocess.run([sys.executable, "-m", "litestereo.sim.example", "hello_disparity"], capture_output=True,
-                          text=True, check=True, timeout=600)
+    command = [sys.executable, "-m", "litestereo.sim.system.example", "hello_disparity"]
+    done    = subprocess.run(command, capture_output=True, text=True, check=True, timeout=600)
     (line,) = done.stdout.splitlines()
     found   = re.fullmatch(r"hello_disparity: 128x64 pixels in (\d+) clocks, disparity (-?\d+)/16 pixels", line)
     assert abs(int(found[2]) - 12*16) < 16
@@ -102,7 +102,7 @@ def test_unknown_example():
     assert examples() == ["hello_disparity", "obstacle", "recovery", "throughput"]
     with pytest.raises(SimulationError, match="^unknown example 'core': choose one of hello_disparity, "):
         next(run_example("core"))
-    done = subprocess.run([sys.executable, "-m", "litestereo.sim.example", "core"], capture_output=True, text=True,
-                          check=False)
+    command = [sys.executable, "-m", "litestereo.sim.system.example", "core"]
+    done    = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 1
     assert done.stderr.startswith("example: error: unknown example 'core'") and done.stderr.count("\n") == 1

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from litestereo.sim.model import INVALID, match, minimum_size
+from litestereo.sim.models.block_matching import INVALID, match, minimum_size
 from support.pairs import generator, textured_pair
 
 

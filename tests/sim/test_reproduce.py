@@ -14,9 +14,9 @@ import shutil
 import pytest
 
 from litestereo.firmware import FIRMWARE_DIR
-from litestereo.sim.build import build_firmware, build_soc
-from litestereo.sim.reproduce import BUILDS, build_program, sha256
-from litestereo.sim.sbom.components import LIBRARIES
+from litestereo.sim.system.build import build_firmware, build_soc
+from litestereo.soc.release.reproduce import BUILDS, build_program, sha256
+from litestereo.soc.release.sbom.components import LIBRARIES
 
 pytestmark = pytest.mark.system
 

@@ -12,8 +12,8 @@ import pytest
 
 from litestereo.host_tools.device import connect
 from litestereo.host_tools.settings import MatcherSettings
-from litestereo.sim.bench import measure
-from litestereo.sim.system import SYS_CLK_HZ, start_simulation
+from litestereo.sim.bench.clocks import measure
+from litestereo.sim.system.simulation import SYS_CLK_HZ, start_simulation
 from support.expected import expected_map
 from support.pairs import generator, textured_pair
 

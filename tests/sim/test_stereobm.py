@@ -11,8 +11,9 @@ import cv2
 import numpy as np
 import pytest
 
-from litestereo.sim import model, stages
-from litestereo.sim.stereobm import StereoSettings, stereo_bm
+from litestereo.sim.models import block_matching as model
+from litestereo.sim.models import stages
+from litestereo.sim.models.stereo_bm import StereoSettings, stereo_bm
 from support.awkward import awkward_pairs
 from support.data import stereo_pair
 from support.drawn import drawn_settings
@@ -179,7 +180,7 @@ def test_bands_of_rows_leave_no_seam(monkeypatch):
     settings    = StereoSettings(32, 9, disp12_max_diff=1)
     whole       = stereo_bm(left, right, settings)
     for costs in (1, 10000, 20000):
-        monkeypatch.setattr("litestereo.sim.stereobm._MAX_COSTS", costs)
+        monkeypatch.setattr("litestereo.sim.models.stereo_bm._MAX_COSTS", costs)
         assert np.array_equal(stereo_bm(left, right, settings), whole)
 
 

@@ -15,7 +15,7 @@ import pytest
 from litestereo.host_tools.device import connect
 from litestereo.host_tools.protocol import CHUNK_BYTES
 from litestereo.host_tools.settings import MatcherSettings
-from litestereo.sim.system import start_simulation
+from litestereo.sim.system.simulation import start_simulation
 from support.checked import check_small_frame
 from support.drawn import any_settings
 from support.expected import expected_map

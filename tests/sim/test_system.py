@@ -20,9 +20,9 @@ import pytest
 
 from litestereo.host_tools.device import connect
 from litestereo.host_tools.settings import MatcherSettings
-from litestereo.sim.bench import measure
-from litestereo.sim.build import SimulationError
-from litestereo.sim.system import start_simulation
+from litestereo.sim.bench.clocks import measure
+from litestereo.sim.system.build import SimulationError
+from litestereo.sim.system.simulation import start_simulation
 from support.checked import check_small_frame, check_stream
 from support.data import stereo_pair
 from support.drawn import any_settings, drawn_settings
@@ -187,8 +187,8 @@ def test_port_in_use(port):
     """One clear line, from the function and from the command."""
     with pytest.raises(SimulationError, match=f"^port {port} is in use"):
         start_simulation(port=port)
-    serve = subprocess.run([sys.executable, "-m", "litestereo.sim.serve", "--port", str(port), "--udp-port", "0"],
-                           check=False, capture_output=True, text=True)
+    command = [sys.executable, "-m", "litestereo.sim.system.serve", "--port", str(port), "--udp-port", "0"]
+    serve   = subprocess.run(command, check=False, capture_output=True, text=True)
     assert serve.returncode == 1
     assert serve.stderr.splitlines() == [f"sim: error: port {port} is in use: choose another, or 0 for a free one"]
 
@@ -201,7 +201,7 @@ def test_unknown_memory():
 
 def test_serve():
     """`make sim`: says its URLs, works, and ends with Ctrl-C, taking its simulator along."""
-    command = [sys.executable, "-m", "litestereo.sim.serve", "--port", "0", "--udp-port", "0"]
+    command = [sys.executable, "-m", "litestereo.sim.system.serve", "--port", "0", "--udp-port", "0"]
     with interruptible(command, stdout=subprocess.PIPE) as serve:
         urls = re.findall(r"\w+://127\.0\.0\.1:\d+", serve.stdout.readline())
         assert [url.partition(":")[0] for url in urls] == ["udp", "tcp"]
@@ -213,7 +213,7 @@ def test_serve():
 
 def test_no_orphans():
     """A simulator ends with the process that started it, even if that is killed."""
-    program = ("from litestereo.sim.system import start_simulation\n"
+    program = ("from litestereo.sim.system.simulation import start_simulation\n"
                "import time\n"
                "print(start_simulation()._process.pid, flush=True)\n"
                "time.sleep(100)\n")

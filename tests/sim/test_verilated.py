@@ -11,7 +11,7 @@ from pathlib import Path
 
 from litex.soc.interconnect import stream
 
-from litestereo.sim.stream_core import StreamCore
+from litestereo.sim.cores.stream_core import StreamCore
 
 
 def test_runtime_is_compiled_once():

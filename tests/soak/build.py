@@ -11,9 +11,9 @@ import importlib.util
 import re
 from pathlib import Path
 
-from litestereo.sim.paths import build_directory, built_once, content_key, source_key
-from litestereo.sim.tools import run_logged
-from litestereo.sim.verilated import COMPILATION
+from litestereo.sim.cores.verilated import COMPILATION
+from litestereo.soc.build.paths import build_directory, built_once, content_key, source_key
+from litestereo.soc.build.tools import run_logged
 
 from .soc import emitted
 

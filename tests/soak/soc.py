@@ -17,10 +17,10 @@ from litex.soc.integration.export import get_csr_header, get_soc_header
 from litex.soc.interconnect import wishbone
 from migen import ResetSignal, Signal
 
-from litestereo.soc.ethernet_model import EthernetPHYModel
-from litestereo.soc.mapping import with_garbage
-from litestereo.soc.simulation import SimulatedCRG
-from litestereo.soc.stereo_soc import StereoSoC
+from litestereo.sim.socs.ethernet_model import EthernetPHYModel
+from litestereo.sim.socs.simulated_soc import SimulatedCRG
+from litestereo.soc.flow.mapping import with_garbage
+from litestereo.soc.parts.stereo_soc import StereoSoC
 
 CLOCK_HZ = 200_000 # Few clocks in a second: the firmware's time-outs come soon.
 RAM_BITS = 64

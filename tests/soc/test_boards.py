@@ -15,21 +15,11 @@ from dataclasses import replace
 
 import pytest
 
-from litestereo.sim.tools import ToolError
-from litestereo.soc.boards import (
-    BOARDS,
-    OPEN_BOARDS,
-    VENDOR_TOOLS,
-    board_sources,
-    build,
-    check,
-    loader,
-    report,
-    soc_class,
-    target,
-    vendor,
-)
-from litestereo.soc.synthesis import Resources
+from litestereo.soc.boards import BOARDS, OPEN_BOARDS, VENDOR_TOOLS, soc_class
+from litestereo.soc.build.tools import ToolError
+from litestereo.soc.flow import bitstream, check, loader, sources, target, vendor
+from litestereo.soc.flow.synthesis import Resources
+from litestereo.soc.reports import boards
 
 
 def built(board, achieved=61.0, key="key"):
@@ -38,7 +28,7 @@ def built(board, achieved=61.0, key="key"):
             "preset": json.loads(json.dumps(vars(soc_class(board).preset))),
             "flash": {"offset": 4096, "bytes": 1024, "images": 2},
             "report": {"fmax": {"$glbnet$sys_clk": {"achieved": achieved, "constraint": 60.0}},
-                       "utilization": {kind: {"used": 1, "available": 2} for kind in report.SITES}}}
+                       "utilization": {kind: {"used": 1, "available": 2} for kind in boards.SITES}}}
 
 
 def assert_pins_are_driven_once(verilog):
@@ -51,17 +41,17 @@ def assert_pins_are_driven_once(verilog):
 @pytest.mark.parametrize("board", OPEN_BOARDS)
 def test_sources(board, monkeypatch):
     """A board's Verilog, constraints, boot program and firmware are built; the boot program fits its ROM."""
-    monkeypatch.setattr(build, "tool_version", lambda name: name)
-    made  = board_sources.sources(board)
-    files = build.synthesis_files(made)
+    monkeypatch.setattr(bitstream, "tool_version", lambda name: name)
+    made  = sources.sources(board)
+    files = bitstream.synthesis_files(made)
     assert "module top" in files["top.v"].replace("  ", " ")
     assert_pins_are_driven_once(files["top.v"])
     assert made.firmware.stat().st_size < made.board["flash"]["bytes"]
     assert len(files["top_rom.init"].split())*4 >= made.boot.stat().st_size
     # Nothing outside of the folder is read: the tools would not find it.
     assert "/" not in files["top.ys"].replace("//", "")
-    assert "FREQUENCY PORT" in build.constraints(made)
-    assert "--timing-allow-fail" not in build.options(made)
+    assert "FREQUENCY PORT" in bitstream.constraints(made)
+    assert "--timing-allow-fail" not in bitstream.options(made)
 
 
 #: What each vendor's tool reads: its script, and the board's pins and clocks.
@@ -75,7 +65,7 @@ def test_vendor_sources(board, monkeypatch, tmp_path):
     """What a vendor's tool gets is whole: its script names files beside it, and the ROM holds the boot program."""
     monkeypatch.setattr(vendor, "build_directory", lambda: tmp_path)
     monkeypatch.setattr(vendor, "tool_version", lambda name: name)
-    made     = board_sources.sources(board)
+    made     = sources.sources(board)
     folder   = vendor.deliver(made, Resources(1, 1, 1, 1, 1))
     gateware = folder / "gateware"
     script, constraints = ((gateware / name).read_text() for name in VENDOR_FILES[board])
@@ -90,7 +80,7 @@ def test_vendor_sources(board, monkeypatch, tmp_path):
     words = [int(word, 16) for word in (gateware / "top_rom.init").read_text().split()]
     assert b"".join(word.to_bytes(4, "little") for word in words).startswith(made.boot.read_bytes())
     assert len(words)*4 <= made.board["rom"]
-    assert (folder / "firmware.bin").read_bytes() == board_sources.flash_image(made.firmware.read_bytes())
+    assert (folder / "firmware.bin").read_bytes() == sources.flash_image(made.firmware.read_bytes())
     assert json.loads((folder / "report.json").read_text())["counts"]["lut"] == 1
     # The bitstream is not there before the vendor's tool was.
     monkeypatch.setattr(loader, "build_directory", lambda: tmp_path)
@@ -115,15 +105,15 @@ def test_boards_fit_the_flash():
 
 def test_flash_image():
     """Length and CRC-32 before the firmware, little-endian."""
-    image = board_sources.flash_image(b"firmware")
+    image = sources.flash_image(b"firmware")
     assert image == (8).to_bytes(4, "little") + zlib.crc32(b"firmware").to_bytes(4, "little") + b"firmware"
 
 
 def test_boot_program_that_is_too_large():
     """Refused, with what to do."""
-    assert board_sources.rom_contents(b"\1\2\3\4\5", 8) == "04030201\n00000005\n"
+    assert sources.rom_contents(b"\1\2\3\4\5", 8) == "04030201\n00000005\n"
     with pytest.raises(ToolError, match="enlarge rom_bytes"):
-        board_sources.rom_contents(bytes(9), 8)
+        sources.rom_contents(bytes(9), 8)
 
 
 def test_check():
@@ -145,7 +135,7 @@ def test_not_built(tmp_path):
 
 def test_document():
     """Every board that is built has its sites and clocks in the document; one that is too slow is refused."""
-    text = report.document({board: built(board) for board in OPEN_BOARDS}, {"arty": Resources(1, 2, 3, 4.5, 5)})
+    text = boards.document({board: built(board) for board in OPEN_BOARDS}, {"arty": Resources(1, 2, 3, 4.5, 5)})
     assert "| [arty](boards/arty.md) | Vivado | 1 of 20800 | 3 of 41600 | 4.5 of 50 | 5 of 90 |" in text
     for board in OPEN_BOARDS:
         assert f"| {board} | `sys_clk` | 60.0 | 61.0 |" in text
@@ -153,10 +143,10 @@ def test_document():
     # The fastest first: 128 disparities at 75 MHz are between two of the others.
     order = [text.index(name) for name in ("Grabowski", "Vitis StereoBM, 15x15", "LiteStereo, ulx3s", "Wang", "OpenMV")]
     assert order == sorted(order)
-    one = report.document({"ulx3s": built("ulx3s")}, {})
+    one = boards.document({"ulx3s": built("ulx3s")}, {})
     assert "passes, on that computer: colorlight_i5, colorlight_i9, ecpix5." in one
     with pytest.raises(ToolError):
-        report.document({"ulx3s": built("ulx3s", achieved=1.0)}, {})
+        boards.document({"ulx3s": built("ulx3s", achieved=1.0)}, {})
 
 
 def test_changed_preset():

@@ -14,7 +14,7 @@ from litex.gen.fhdl import verilog
 from litex.soc.cores.bitbang import SPIMaster
 from migen import ClockDomain, Record
 
-from litestereo.soc.boards.flash_pads import FlashPads
+from litestereo.soc.parts.flash_pads import FlashPads
 
 
 class Top(LiteXModule):

@@ -9,7 +9,7 @@ import json
 
 import pytest
 
-from litestereo.soc.mapping import with_garbage, without_collision_logic, without_open_carries
+from litestereo.soc.flow.mapping import with_garbage, without_collision_logic, without_open_carries
 
 MEMORY = """\
 reg [7:0] {name}[0:15];

@@ -10,11 +10,11 @@ import re
 import pytest
 from litex.soc.interconnect.csr_bus import CSRBank, Interface
 
-from litestereo.soc.registers import DOCUMENT, PERIPHERALS, main
+from litestereo.soc.reports.registers import DOCUMENT, PERIPHERALS, main
 
 
 def test_documents_are_up_to_date():
-    """If this fails, gateware has changed: run `python -m litestereo.soc.registers`."""
+    """If this fails, gateware has changed: run `python -m litestereo.soc.reports.registers`."""
     assert main(["--check"]) == 0
 
 

@@ -10,10 +10,10 @@ import json
 import pytest
 
 from litestereo.gateware.common.parameters import OPENCV_FEATURES
-from litestereo.sim.tools import ToolError
-from litestereo.soc.place import Placement
-from litestereo.soc.resources import BARE, feature_table, placement_row, row
-from litestereo.soc.synthesis import Resources, emit, resources, tool
+from litestereo.soc.build.tools import ToolError
+from litestereo.soc.flow.place import Placement
+from litestereo.soc.flow.synthesis import Resources, emit, resources, tool
+from litestereo.soc.reports.resources import BARE, feature_table, placement_row, row
 
 
 @pytest.mark.parametrize("family, cells, expected", [

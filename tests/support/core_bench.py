@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from litestereo.gateware.common.parameters import MatcherParameters
-from litestereo.sim.stream_core import StreamCore
+from litestereo.sim.cores.stream_core import StreamCore
 
 from .lanes import pack, unpack
 from .pairs import SEED

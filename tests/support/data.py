@@ -19,7 +19,7 @@ from litestereo.host_tools.datasets import StereoPair, load_motorcycle
 from litestereo.host_tools.errors import DatasetError
 from litestereo.host_tools.ground_truth import read_ground_truth
 from litestereo.host_tools.images import read_grey
-from litestereo.sim.paths import build_directory
+from litestereo.soc.build.paths import build_directory
 
 #: Folder with one folder per pair: left.png, right.png, and the truth times 256 in disp_left_u16.png.
 DATA_FOLDER = Path(os.environ.get("LITESTEREO_DATA")

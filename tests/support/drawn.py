@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from litestereo.sim.stereobm import StereoSettings
+from litestereo.sim.models.stereo_bm import StereoSettings
 
 
 def drawn_settings(rng: np.random.Generator, largest_block: int = 21, largest_range: int = 64,

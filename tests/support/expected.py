@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from litestereo.host_tools.settings import MatcherSettings
-from litestereo.sim.stereobm import StereoSettings, stereo_bm
+from litestereo.sim.models.stereo_bm import StereoSettings, stereo_bm
 
 
 def expected_map(left: NDArray[np.uint8], right: NDArray[np.uint8], settings: MatcherSettings) -> NDArray[np.int16]:

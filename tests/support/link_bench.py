@@ -19,8 +19,8 @@ from migen import Cat, Signal
 from litestereo.gateware.link.message import TYPE_PAIRS
 from litestereo.gateware.peripherals.frame_link import FrameLink
 from litestereo.host_tools.protocol import CHUNK_BYTES, Message, MessageType
-from litestereo.sim.stream_core import StreamCore
-from litestereo.soc.wide_ram import WideRAM
+from litestereo.sim.cores.stream_core import StreamCore
+from litestereo.soc.parts.wide_ram import WideRAM
 
 ADDRESS, PORT     = 0xc0a80132, 19539
 PEER              = (0xc0a80164, 40000)

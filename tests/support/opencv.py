@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from litestereo.sim.stereobm import StereoSettings
+from litestereo.sim.models.stereo_bm import StereoSettings
 
 
 def opencv_map(left: NDArray[np.uint8], right: NDArray[np.uint8],

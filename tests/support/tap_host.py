@@ -19,7 +19,7 @@ import sys
 from pathlib import Path
 
 from litestereo.host_tools.protocol import UDP_PORT, Message, MessageType
-from litestereo.sim.system import start_simulation
+from litestereo.sim.system.simulation import start_simulation
 
 ADDRESS = "192.168.1.50"
 NONCE   = 0x1234abcd

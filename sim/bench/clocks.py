@@ -1,0 +1,184 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""Measures the full system in litex_sim, in clocks, and writes the figures to build/bench.json."""
+
+from __future__ import annotations
+
+import json
+import re
+import sys
+import time
+import zlib
+from dataclasses import dataclass, replace
+
+import cv2
+import rich.console
+import rich.table
+
+from ...host_tools.device import Device, connect
+from ...host_tools.errors import LiteStereoError
+from ...soc.build.paths import build_directory
+from ..models.pattern import LEFT_SEED, RIGHT_SEED, pattern
+from ..models.stereo_bm import StereoSettings, stereo_bm
+from ..system.build import MEMORIES
+from .ethernet import ethernet_figures
+
+#: Width, height, disparities, block size, and whether every stage is on or none but the sum of absolute differences.
+#: The first is the promise; the second is the same bare; the third and fourth are the thesis of 2014.
+CASES = [(640, 480, 64, 9, "all"), (640, 480, 64, 9, "sad"), (640, 480, 16, 9, "sad"), (640, 480, 16, 7, "sad"),
+         (640, 480, 64, 15, "all")]
+
+#: What the CPU of the SoC gets: small, as it is slow.
+CPU_CASE = (160, 32, 64, 9, "sad")
+
+#: What "all" means: settings in which every stage has something to do, as firmware/app/selftest.c has them.
+ALL_STAGES = StereoSettings(min_disparity=3, texture_threshold=60, uniqueness_ratio=5, disp12_max_diff=1, median=True)
+
+#: What "sad" means.
+NO_STAGE = StereoSettings(prefilter="none", texture_threshold=0, uniqueness_ratio=0, subpixel=False)
+
+#: Longest wait for a measurement: the CPU takes most of it, to fill the images and to sum the map; seconds.
+TIMEOUT_S = 300.0
+
+#: Time for which cv2.StereoBM runs; seconds.
+OPENCV_S = 3.0
+
+Case   = tuple[int, int, int, int, str]
+Figure = dict[str, str | float]
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """One frame from memory to memory."""
+    width: int
+    height: int
+    disparities: int
+    block_size: int
+    clocks: int
+    first_row_clocks: int
+    crc32: int
+
+    @property
+    def clocks_per_pixel(self) -> float:
+        """Clocks of the frame by its pixels."""
+        return self.clocks/(self.width*self.height)
+
+
+def measure(device: Device, case: Case, command: str = "bench") -> Measurement:
+    """Match the firmware's pattern, and check the map's CRC-32 against the model's.
+
+    Parameters
+    ----------
+    device
+        Device with a console.
+    case
+        Width, height, disparities, block size, "all" or "sad".
+    command
+        `bench` for the accelerator, `cpu_bench` for the CPU.
+
+    Raises
+    ------
+    LiteStereoError
+        The device refused or failed, or the map is wrong.
+    """
+    width, height, disparities, block_size, stages = case
+    text  = device.console(f"{command} {width} {height} {disparities} {block_size} {stages}", TIMEOUT_S)
+    found = dict(re.findall(r"(\w+)=(0x[0-9a-f]+|\d+)", text))
+    if "crc32" not in found:
+        raise LiteStereoError(f"the device could not measure: {text.strip()}")
+    result   = Measurement(**{name: int(value, 0) for name, value in found.items()})
+    settings = replace(ALL_STAGES if stages == "all" else NO_STAGE, disparities=disparities, block_size=block_size)
+    expected = stereo_bm(pattern(width, height, LEFT_SEED), pattern(width, height, RIGHT_SEED), settings)
+    if zlib.crc32(expected.astype("<i2").tobytes()) != result.crc32:
+        raise LiteStereoError(f"the map of {case} is wrong")
+    return result
+
+
+def case_name(case: Case) -> str:
+    """A case as the names of figures have it."""
+    return "{}x{}/d{}/b{}/{}".format(*case)
+
+
+def figures(case: Case, result: Measurement, memory: str) -> list[Figure]:
+    """What a measurement says, as name, value and unit."""
+    name   = f"{case_name(case)}/{memory}"
+    pixels = result.width*result.height
+    return [
+        {"name": f"clocks_per_frame/{name}", "value": result.clocks, "unit": "clocks"},
+        {"name": f"clocks_per_pixel/{name}", "value": round(result.clocks_per_pixel, 4), "unit": "clocks"},
+        {"name": f"first_row_latency_clocks/{name}", "value": result.first_row_clocks, "unit": "clocks"},
+        {"name": f"frames_per_second_at_100_mhz/{name}", "value": round(1e8/result.clocks, 1), "unit": "frames/s"},
+        {"name": f"disparity_evaluations_per_second_per_mhz/{name}",
+         "value": round(pixels*result.disparities/result.clocks, 2), "unit": "million/s"},
+    ]
+
+
+def cpu_figures(device: Device, accelerator: Measurement) -> list[Figure]:
+    """The same arithmetic in C on the CPU of the SoC, and how many times faster the accelerator is, in clocks."""
+    cpu = measure(device, CPU_CASE, "cpu_bench")
+    return [
+        {"name": f"cpu_clocks_per_pixel/{case_name(CPU_CASE)}", "value": round(cpu.clocks_per_pixel, 1),
+         "unit": "clocks"},
+        {"name": f"clocks_of_cpu_by_clocks_of_accelerator/{case_name(CPU_CASE)}",
+         "value": round(cpu.clocks_per_pixel/accelerator.clocks_per_pixel), "unit": "ratio"},
+    ]
+
+
+def opencv_figures(accelerator: Measurement) -> list[Figure]:
+    """cv2.StereoBM on one core of this computer, in the same run; and the accelerator's clock that equals it."""
+    case  = CASES[0]
+    left  = pattern(case[0], case[1], LEFT_SEED)
+    right = pattern(case[0], case[1], RIGHT_SEED)
+    cv2.setNumThreads(1)
+    matcher = cv2.StereoBM_create(case[2], case[3])
+    matcher.setDisp12MaxDiff(1)
+    matcher.compute(left, right)
+    begin, frames = time.perf_counter(), 0
+    while (seconds := time.perf_counter() - begin) < OPENCV_S:
+        matcher.compute(left, right)
+        frames += 1
+    rate = frames/seconds
+    return [
+        {"name": f"opencv_frames_per_second_on_one_core/{case_name(case)}", "value": round(rate, 1),
+         "unit": "frames/s"},
+        {"name": f"accelerator_at_100_mhz_by_opencv/{case_name(case)}",
+         "value": round(1e8/accelerator.clocks/rate, 2), "unit": "ratio"},
+    ]
+
+
+def main() -> int:
+    """Measure, print the table, write the file; returns the exit status."""
+    rows: list[Figure] = []
+    try:
+        for memory in MEMORIES:
+            with connect(f"sim:?ram={memory}&link=serial") as device:
+                for case in CASES:
+                    print(f"measuring {case_name(case)} on {memory}", file=sys.stderr, flush=True)
+                    result = measure(device, case)
+                    rows  += figures(case, result, memory)
+                    if case == CASES[0] and memory == MEMORIES[0]:
+                        first = result
+                if memory == MEMORIES[0]:
+                    print("measuring the CPU, and cv2.StereoBM on this computer", file=sys.stderr, flush=True)
+                    rows += cpu_figures(device, first)
+                    rows += opencv_figures(first)
+        print("measuring Ethernet", file=sys.stderr, flush=True)
+        rows += ethernet_figures()
+    except LiteStereoError as error:
+        print(f"bench: error: {error}", file=sys.stderr)
+        return 1
+    table = rich.table.Table("figure", "value", "unit", title="Full system in litex_sim")
+    for row in rows:
+        table.add_row(*(str(row[column]) for column in ("name", "value", "unit")))
+    rich.console.Console(width=100).print(table)
+    print("On integrated RAM the matcher has a port of its own and takes a pixel per clock, plus the rows of the\n"
+          "lower border. On SDRAM (32 bits, one word per clock at best) a pixel's four bytes take the whole bus:\n"
+          "what is above 1 is row changes, turns between reading and writing, and refresh.\n"
+          "Ethernet figures are of uploads while other frames are matched and fetched, in clocks of the wire.")
+    path = build_directory() / "bench.json"
+    path.write_text(json.dumps(rows, indent=2) + "\n")
+    print(f"written: {path}")
+    return 0

@@ -1,0 +1,124 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""Measures how fast frames go through the full system over Ethernet, in clocks of the wire."""
+
+from __future__ import annotations
+
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ...host_tools.device import connect
+from ...host_tools.errors import LiteStereoError
+from ...host_tools.protocol import CHUNK_BYTES, REPLY, MessageType
+from ...host_tools.settings import MatcherSettings
+from ..models.pattern import LEFT_SEED, RIGHT_SEED, pattern
+from ..models.stereo_bm import StereoSettings, stereo_bm
+from ..system.capture import Captured, read_capture
+from ..system.simulation import SYS_CLK_HZ, start_simulation
+
+WIDTH, HEIGHT = 640, 480
+SETTINGS      = MatcherSettings(disparities=64, block_size=9)
+
+#: Frames that are sent; of the first and the last two the clocks do not count.
+FRAMES = 8
+
+#: Clocks of the wire that a full chunk takes: message, UDP, IP and Ethernet header, and preamble, FCS and gap.
+CHUNK_CLOCKS = CHUNK_BYTES + 28 + 8 + 20 + 14 + 24
+
+#: Messages that bring images.
+CHUNKS = (MessageType.UPLOAD, MessageType.PAIRS)
+
+#: Clock of gigabit Ethernet, a byte each, and that of the Colorlight i5's SoC and SDRAM.
+WIRE_HZ, BOARD_HZ = 125_000_000, 60_000_000
+
+
+@dataclass(frozen=True)
+class EthernetCase:
+    """Memory of the SoC, clocks of the wire per clock of the SoC, and how frames are sent: stored or streamed."""
+    name:  str
+    ram:   str
+    ratio: float
+    mode:  str
+
+CASES = [
+    EthernetCase("integrated-ram",           "integrated-ram", 1.0,              "stored"),
+    EthernetCase("sdram-at-60-mhz",          "sdram",          WIRE_HZ/BOARD_HZ, "stored"),
+    EthernetCase("sdram-at-60-mhz-streamed", "sdram",          WIRE_HZ/BOARD_HZ, "streamed"),
+]
+
+
+@dataclass(frozen=True)
+class Flow:
+    """What the wire carried per clock in the steady state, both ways at the same time."""
+    upload_bytes_per_clock:   float
+    download_bytes_per_clock: float
+    clocks_per_frame:         float
+    repeated:                 int #: chunks that were sent more than once
+
+
+def measure_flow(case: EthernetCase) -> Flow:
+    """Stream frames through a simulated device, check each map, and count what the wire carried.
+
+    Raises
+    ------
+    LiteStereoError
+        The device refused or failed, or a map is wrong.
+    """
+    # Frames differ, so that none can stand in for another.
+    pairs    = [(pattern(WIDTH, HEIGHT, LEFT_SEED + 2*n), pattern(WIDTH, HEIGHT, RIGHT_SEED + 2*n)) for n in range(2)]
+    settings = StereoSettings(SETTINGS.disparities, SETTINGS.block_size)
+    expected = [stereo_bm(left, right, settings) for left, right in pairs]
+    with tempfile.TemporaryDirectory() as folder:
+        capture = Path(folder) / "wire.pcap"
+        with (start_simulation(case.ram, byte_clock_hz=round(case.ratio*SYS_CLK_HZ), capture=capture) as simulation,
+              connect(f"udp://127.0.0.1:{simulation.udp_port}?mode={case.mode}") as device):
+            results = device.stream((pairs[n % 2] for n in range(FRAMES)), SETTINGS)
+            for number, result in enumerate(results):
+                if not np.array_equal(result.disparity, expected[number % 2]):
+                    raise LiteStereoError(f"map {number} of {case.name} is wrong")
+        return flow(list(read_capture(capture)))
+
+
+def flow(captured: list[Captured]) -> Flow:
+    """Figures of a capture: from the end of one frame's upload to that of a later one's, whole frames in between."""
+    uploads  = [entry for entry in captured if entry.to_device and entry.message.type in CHUNKS]
+    complete = {}
+    for entry in uploads:
+        complete[entry.message.frame_id] = entry.clock
+    begin, *_, end = sorted(complete.values())[1:-2]
+    inside  = [entry for entry in captured if begin < entry.clock <= end]
+    chunks  = {(entry.message.frame_id, entry.message.offset): len(entry.message.payload)
+               for entry in uploads if begin < entry.clock <= end}
+    parts   = {(entry.message.frame_id, entry.message.offset): len(entry.message.payload)
+               for entry in inside if not entry.to_device and entry.message.type == MessageType.READ | REPLY}
+    sent    = sum(entry.message.type in CHUNKS and entry.to_device for entry in inside)
+    clocks  = end - begin
+    frames  = sum(begin < clock <= end for clock in complete.values())
+    return Flow(sum(chunks.values())/clocks, sum(parts.values())/clocks, clocks/frames, sent - len(chunks))
+
+
+def ethernet_figures() -> list[dict[str, str | float]]:
+    """Figures of all cases, as name, value and unit."""
+    rows: list[dict[str, str | float]] = []
+    for case in CASES:
+        result = measure_flow(case)
+        name   = f"{WIDTH}x{HEIGHT}/{case.name}"
+        most   = CHUNK_BYTES/CHUNK_CLOCKS
+        rows += [
+            {"name": f"ethernet_upload_bytes_per_clock/{name}", "value": round(result.upload_bytes_per_clock, 3),
+             "unit": "bytes"},
+            {"name": f"ethernet_download_bytes_per_clock/{name}", "value": round(result.download_bytes_per_clock, 3),
+             "unit": "bytes"},
+            {"name": f"ethernet_upload_of_what_the_wire_carries/{name}",
+             "value": round(100*result.upload_bytes_per_clock/most, 1), "unit": "%"},
+            {"name": f"ethernet_frames_per_second_at_125_mhz/{name}",
+             "value": round(WIRE_HZ/result.clocks_per_frame, 1), "unit": "frames/s"},
+            {"name": f"ethernet_chunks_sent_again/{name}", "value": result.repeated, "unit": "chunks"},
+        ]
+    return rows

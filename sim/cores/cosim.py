@@ -1,0 +1,119 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""The matcher's emitted Verilog as a matcher of whole images."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...gateware.common.parameters import FEATURES
+from ...gateware.matcher.matcher import Matcher, matcher_settings
+from ..models.stereo_bm import StereoSettings
+from .stream_core import StreamCore
+
+
+def pixel_words(left: NDArray[np.uint8], right: NDArray[np.uint8]) -> NDArray[np.uint32]:
+    """A pair of images as the matcher's sink takes it."""
+    return left.astype(np.uint32).ravel() | right.astype(np.uint32).ravel() << 8
+
+
+def signals(width: int, height: int, settings: StereoSettings) -> dict[str, int]:
+    """The settings of a frame as the matcher's Signals have them."""
+    return {
+        "width":             width,
+        "height":            height,
+        "disparities":       settings.disparities,
+        "block_size":        settings.block_size,
+        "min_disparity":     settings.min_disparity,
+        "xsobel":            int(settings.prefilter == "xsobel"),
+        "prefilter_cap":     settings.prefilter_cap,
+        "texture_threshold": settings.texture_threshold,
+        "uniqueness_ratio":  settings.uniqueness_ratio,
+        "subpixel":          int(settings.subpixel),
+        "left_right":        int(settings.disp12_max_diff >= 0),
+        "disp12_max_diff":   max(settings.disp12_max_diff, 0),
+        "median":            int(settings.median),
+    }
+
+
+class CosimMatcher:
+    """`Matcher` in Verilator, in this process.
+
+    Parameters
+    ----------
+    max_width
+        Widest image, in pixels.
+    disparities
+        Lanes built: the largest number of disparities, a multiple of 16.
+    max_block_size
+        Largest block size.
+    features
+        Optional stages that are built, some of `FEATURES`.
+
+    Raises
+    ------
+    ValueError
+        The gateware cannot be built with such parameters.
+    """
+    def __init__(self, max_width: int = 1024, disparities: int = 64, max_block_size: int = 21,
+                 features: Iterable[str] = FEATURES) -> None:
+        matcher = Matcher(max_width=max_width, disparities=disparities, max_block_size=max_block_size,
+                          features=features)
+        self.features = int(matcher.parameters.feature_bits)
+        self.core     = StreamCore(matcher, [name for name, *_ in matcher_settings(matcher.parameters)] + ["reset"])
+
+    def match_settings(self, left: NDArray[np.uint8], right: NDArray[np.uint8], settings: StereoSettings, *,
+                       valid: float = 1.0, ready: float = 1.0, seed: int = 0) -> tuple[NDArray[np.int16], int, int]:
+        """Match one pair.
+
+        Parameters
+        ----------
+        left, right
+            Rectified 8-bit grey images, H x W.
+        settings
+            Settings of the frame; what the matcher is not built for is ignored.
+        valid, ready
+            Chance, per clock, that a pixel pair is offered and that the map's next pixel is taken.
+        seed
+            Seeds these chances.
+
+        Returns
+        -------
+        The map (int16, H x W, sixteenths of a pixel), the clocks from the first pixel in to the last one out, and
+        the clocks to the end of the first row that has disparities.
+
+        Raises
+        ------
+        RuntimeError
+            The core stopped short of a whole map.
+        """
+        height, width = left.shape
+        pixels        = height*width
+        self.core.set(**signals(width, height, settings))
+        result = self.core.run(pixel_words(left, right), pixels, valid=valid, ready=ready, seed=seed,
+                               probe=(settings.block_size//2 + 1)*width - 1)
+        if len(result.words) != pixels or result.accepted != pixels:
+            self.core.reset()
+            raise RuntimeError(f"the matcher took {result.accepted} and gave {len(result.words)} of {pixels} pixels")
+        expected = np.zeros(pixels, bool)
+        expected[-1] = True
+        if not np.array_equal(result.last, expected) or not np.array_equal(result.first, expected[::-1]):
+            raise RuntimeError("the marks of the map's first and last pixel are wrong")
+        disparity = result.words.astype(np.uint16).view(np.int16).reshape(height, width)
+        return disparity, result.clocks, result.probe_clock
+
+    def give_up(self) -> None:
+        """Forget the frame, by the matcher's own reset, as the peripheral does between frames."""
+        self.core.set(reset=1)
+        self.core.run(np.zeros((0, self.core.sink_words), np.uint32), 1, idle_clocks=1)
+        self.core.set(reset=0)
+
+    def close(self) -> None:
+        """Free the model."""
+        self.core.close()

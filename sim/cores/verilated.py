@@ -1,0 +1,115 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""Builds the emitted Verilog of a core, with a C++ bench around it, into a library for this process."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+from collections.abc import Iterable
+from pathlib import Path
+
+from litex.gen import LiteXModule
+from litex.gen.fhdl import verilog
+from migen import ClockDomain, Signal
+
+from ...soc.build.paths import build_directory, built_once, content_key
+from ...soc.build.tools import run_logged
+from ...soc.flow.mapping import with_garbage
+
+HERE = Path(__file__).resolve().parent
+
+VERILATOR_OPTIONS = ["--cc", "--exe", "-O3", "--x-assign", "fast", "--x-initial", "fast", "--noassert",
+                     "-Wno-fatal", "-Wno-WIDTH", "-Wno-CASEINCOMPLETE", "--top-module", "core",
+                     "-CFLAGS", "-O2 -fPIC", "-LDFLAGS", "-shared", "-o", "core.so"]
+
+#: How a model itself is compiled, for its makefile. g++ takes twice as long, for no more speed; the makefile's own
+#: -Os, which comes after all other options, has two thirds of it. What runs once, such as the start of thousands of
+#: counters, takes longer to optimize than all the rest.
+COMPILATION = ["CXX=clang++", f"OPT_FAST={os.environ.get('LITESTEREO_OPTIMIZATION', '-O2')}", "OPT_SLOW=-O0"]
+
+#: What a model counts while it runs, by `LITESTEREO_COVERAGE`. Toggles make one a hundred times slower.
+COVERAGE_OPTIONS = {"": [], "line": ["--coverage-line"], "toggle": ["--coverage-line", "--coverage-toggle"]}
+
+#: Verilator's own part of a model, which takes longer to compile than most cores; with counters the last one as well.
+RUNTIME_OBJECTS  = ["verilated.o", "verilated_threads.o"]
+COVERAGE_OBJECTS = ["verilated_cov.o"]
+
+
+class PortsTop(LiteXModule):
+    """Top level around a core: its clock, its reset, and ports of chosen names."""
+    def __init__(self, core: LiteXModule) -> None:
+        self.core   = core
+        self.cd_sys = ClockDomain("sys")
+        self.ios    = {self.cd_sys.clk, self.cd_sys.rst}
+
+    def port(self, name: str, bits: int) -> Signal:
+        """New port; whether it is an input follows from its use."""
+        signal = Signal(bits, name_override=name)
+        self.ios.add(signal)
+        return signal
+
+
+def compile_model(folder: Path, options: list[str], sources: list[str], targets: Iterable[str] = (),
+                  objects: Iterable[Path] = ()) -> None:
+    """Run Verilator in `folder`, and make in its `obj_dir`, where `objects` are there already; raises ToolError."""
+    run_logged(["verilator", *options, *sources], folder, "verilator.log")
+    for path in objects:
+        # Newer than Verilator's makefile, which all objects depend on: there is nothing to do for them.
+        shutil.copy(path, folder / "obj_dir")
+    run_logged(["make", "-s", "-j2", "-C", "obj_dir", "-f", "Vcore.mk", *COMPILATION, *targets], folder, "build.log")
+
+
+def build_runtime(options: list[str], version: str) -> list[Path]:
+    """Compile Verilator's own part of all models with the same options, once; return its objects."""
+    objects = RUNTIME_OBJECTS + (COVERAGE_OBJECTS if "--coverage-line" in options else [])
+
+    def build(folder: Path) -> None:
+        (folder / "core.v").write_text("module core(input sys_clk); endmodule\n")
+        (folder / "main.cpp").write_text("")
+        compile_model(folder, options, ["core.v", "main.cpp"], objects)
+
+    key    = content_key([version, *COMPILATION, *options])
+    folder = built_once(build_directory() / "cosim" / f"runtime-{key}", build) / "obj_dir"
+    return [folder / name for name in objects]
+
+
+def build_library(top: PortsTop, header: str, bench: str) -> Path:
+    """Emit Verilog, compile it with the bench, once for each content; return the shared library.
+
+    Memories have garbage where block RAM promises nothing: see `with_garbage`.
+
+    Parameters
+    ----------
+    top
+        Top level.
+    header
+        Contents of `ports.h`, which tells the bench what the ports are.
+    bench
+        Name of the bench's C++ file, in this folder.
+
+    Raises
+    ------
+    ToolError
+        Verilator or the compiler failed; the message names the log.
+    """
+    source  = with_garbage(str(verilog.convert(top, ios=top.ios, name="core")))
+    sources = {name: (HERE / name).read_text() for name in ("core.h", bench)} | {"ports.h": header}
+    options = [*VERILATOR_OPTIONS, *COVERAGE_OPTIONS[os.environ.get("LITESTEREO_COVERAGE", "")]]
+    version = subprocess.run(["verilator", "--version"], check=True, capture_output=True, text=True).stdout
+    # Comments hold the date.
+    logic   = re.sub(r"^//.*$", "", source, flags=re.MULTILINE)
+    key     = content_key([logic, *sources.values(), version, *COMPILATION, *options])
+    runtime = build_runtime(options, version)
+
+    def build(folder: Path) -> None:
+        for name, text in {"core.v": source, **sources}.items():
+            (folder / name).write_text(text)
+        compile_model(folder, [*options, "-CFLAGS", f"-I{folder}"], ["core.v", bench], objects=runtime)
+
+    return built_once(build_directory() / "cosim" / key, build) / "obj_dir" / "core.so"

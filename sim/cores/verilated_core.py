@@ -1,0 +1,57 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""A core as Verilator runs it in this process: what all of its drivers share."""
+
+from __future__ import annotations
+
+import ctypes
+import itertools
+import os
+import weakref
+from pathlib import Path
+
+from ...soc.build.paths import build_directory
+from .verilated import PortsTop, build_library
+
+_numbers = itertools.count()
+
+
+def coverage_directory() -> Path:
+    """Where models leave how often they ran each line, if `LITESTEREO_COVERAGE` is set: a folder per core."""
+    return build_directory() / os.environ.get("LITESTEREO_COVERAGE_DIRECTORY", "coverage")
+
+
+def _free(library: ctypes.CDLL, core: ctypes.c_void_p, folder: Path, process: int) -> None:
+    # A process that was forked has copies of its parent's models, which are the parent's to free.
+    if os.getpid() != process:
+        return
+    if os.environ.get("LITESTEREO_COVERAGE"):
+        folder.mkdir(parents=True, exist_ok=True)
+    library.core_free(core, str(folder / f"{process}-{next(_numbers)}.dat").encode())
+
+
+class VerilatedCore:
+    """A core's model. It is freed by `close`, or with this object, or at the end of the program.
+
+    Parameters
+    ----------
+    top
+        Top level around the core.
+    header, bench
+        See `build_library`.
+    """
+    def __init__(self, top: PortsTop, header: str, bench: str) -> None:
+        path          = build_library(top, header, bench)
+        self._library = ctypes.CDLL(str(path))
+        self._library.core_new.restype   = ctypes.c_void_p
+        self._library.core_free.argtypes = [ctypes.c_void_p, ctypes.c_char_p]
+        self._core    = ctypes.c_void_p(self._library.core_new())
+        folder        = coverage_directory() / type(top.core).__name__ / path.parents[1].name
+        self._end     = weakref.finalize(self, _free, self._library, self._core, folder, os.getpid())
+
+    def close(self) -> None:
+        """Free the model; it cannot be used any more."""
+        self._end()

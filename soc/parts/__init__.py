@@ -1,0 +1,6 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""Parts of a SoC: methods that add the matcher and the frame link, `StereoSoC`, and what it needs besides LiteX."""

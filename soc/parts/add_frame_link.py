@@ -1,0 +1,79 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+from migen import *
+
+from ...gateware.common.parameters      import check
+from ...gateware.link.network           import Network
+from ...gateware.peripherals.frame_link import FrameLink
+from .add_stereo                        import BusPorts
+
+UDP_PORT    = 19539 # As docs/protocol.md has it.
+MAC_ADDRESS = 0x10e2d5000002
+IP_ADDRESS  = "192.168.1.50"
+
+# Frame Link Mixin ---------------------------------------------------------------------------------
+
+class FrameLinkMixin:
+    """Gives a LiteX SoC the method `add_frame_link`: `class MySoC(FrameLinkMixin, SoCCore)`."""
+
+    def add_frame_link(self, phy, name="frame_link", mac_address=MAC_ADDRESS, ip_address=IP_ADDRESS, udp_port=UDP_PORT,
+        max_chunks=1024, memory=None, burst_bytes=128, streaming=None, with_icmp=True, pipelined=False):
+        """Add the way of frames between Ethernet and memory: LiteEth's UDP core, and a `FrameLink` behind it.
+
+        Parameters
+        ----------
+        phy
+            LiteEth PHY, 8 bits wide, a module of this SoC.
+        name : str
+            Of the peripheral: prefix of its registers.
+        mac_address, ip_address, udp_port
+            Of the device.
+        max_chunks : int
+            Most chunks of 1024 bytes of a pair of images; a power of 2.
+        memory : object with `get_port(mode=...)`, optional
+            Where the DMA gets its ports: see `StereoMixin.add_stereo`.
+        burst_bytes : int
+            Bytes read or written in one go.
+        streaming : bool, optional
+            Build the way of streamed frames from the wire through the matcher `stereo` and back; by default if there is one that
+            takes them: its clock domain is `sys`.
+        with_icmp : bool
+            Answer a ping.
+        pipelined : bool
+            See `Network`.
+        """
+        self.check_if_exists(name)
+        stereo = getattr(self, "stereo", None)
+        if streaming is None:
+            streaming = hasattr(stereo, "pairs")
+        check(not streaming or hasattr(stereo, "pairs"),
+            "streamed frames need a matcher in the clock domain sys: set streaming to False.")
+        if memory is None:
+            memory = BusPorts(self, name)
+        network = Network(phy, mac_address, ip_address, self.clk_freq, with_icmp, pipelined)
+        link    = FrameLink(
+            read_port   = memory.get_port(mode="read"),
+            write_port  = memory.get_port(mode="write"),
+            address     = network.ip_address,
+            port        = udp_port,
+            max_chunks  = max_chunks,
+            burst_bytes = burst_bytes,
+            streaming   = streaming,
+        )
+        port = network.get_port(udp_port)
+        self.comb += [
+            port.source.connect(link.sink),
+            link.source.connect(port.sink),
+        ]
+        if stereo is not None:
+            self.comb += link.matching.eq(stereo.busy)
+        if streaming:
+            self.comb += [
+                link.pairs.connect(stereo.pairs),
+                stereo.map.connect(link.map),
+            ]
+        self.add_module(name=f"{name}_network", module=network)
+        self.add_module(name=name, module=link)

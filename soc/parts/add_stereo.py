@@ -1,0 +1,77 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+from migen import *
+
+from litex.soc.interconnect import wishbone
+
+from ...gateware.common.parameters             import FEATURES
+from ...gateware.peripherals.stereo_crossing   import StereoPeripheralCrossing
+from ...gateware.peripherals.stereo_peripheral import StereoPeripheral
+
+# Bus Ports ----------------------------------------------------------------------------------------
+
+class BusPorts:
+    """Memory ports that are masters of the SoC's own bus (or of the CPU's coherent DMA bus, if it has one).
+
+    They work everywhere, but share the bus with the CPU: expect several clocks per pixel.
+    """
+    def __init__(self, soc, name):
+        self.soc  = soc
+        self.name = name
+
+    def get_port(self, mode="both"):
+        bus  = getattr(self.soc, "dma_bus", self.soc.bus)
+        port = wishbone.Interface(
+            data_width = bus.data_width,
+            adr_width  = bus.get_address_width(standard="wishbone"),
+            addressing = "word",
+            mode       = {"read": "r", "write": "w", "both": "rw"}[mode],
+        )
+        bus.add_master(name=f"{self.name}_{mode}", master=port)
+        return port
+
+# Stereo Mixin -------------------------------------------------------------------------------------
+
+class StereoMixin:
+    """Gives a LiteX SoC the method `add_stereo`: `class MySoC(StereoMixin, SoCCore)`."""
+
+    def add_stereo(self, name="stereo", max_width=640, disparities=64, max_block_size=9, features=FEATURES, memory=None,
+        burst_bytes=128, clock_domain="sys"):
+        """Add a stereo matcher with its DMA, registers and interrupt.
+
+        Parameters
+        ----------
+        name : str
+            Of the peripheral: prefix of its registers, and name of its interrupt.
+        max_width, disparities, max_block_size : int
+            What is built: widest frame, largest number of disparities, largest block size.
+        features : iterable of str
+            Optional stages that are built, some of `FEATURES`: see `MatcherParameters`.
+        memory : object with `get_port(mode=...)`, optional
+            Where the DMA gets its ports: `self.sdram.crossbar` of a SDRAM without L2 cache (the crossbar goes
+            past it), a `WideRAM`, or by default the SoC's bus.
+        burst_bytes : int
+            Bytes read or written in one go.
+        clock_domain : str
+            Of matcher and DMA, where `sys` is too slow for them: see `StereoPeripheralCrossing`.
+        """
+        self.check_if_exists(name)
+        if memory is None:
+            memory = BusPorts(self, name)
+        crossed = clock_domain != "sys"
+        stereo  = (StereoPeripheralCrossing if crossed else StereoPeripheral)(
+            read_port      = memory.get_port(mode="read"),
+            write_port     = memory.get_port(mode="write"),
+            max_width      = max_width,
+            disparities    = disparities,
+            max_block_size = max_block_size,
+            features       = features,
+            burst_bytes    = burst_bytes,
+            **({"clock_domain": clock_domain} if crossed else {}),
+        )
+        self.add_module(name=name, module=stereo)
+        if self.irq.enabled:
+            self.irq.add(name, use_loc_if_exists=True)

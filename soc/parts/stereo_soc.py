@@ -1,0 +1,81 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+from migen import *
+
+from litex.gen import *
+
+from litex.soc.integration.soc_core import SoCCore
+
+from ...gateware.common.parameters import FEATURES
+from .add_frame_link               import FrameLinkMixin
+from .add_stereo                   import StereoMixin
+from .reset_record                 import ResetRecord
+
+# Stereo SoC ---------------------------------------------------------------------------------------
+
+class StereoSoC(StereoMixin, FrameLinkMixin, SoCCore):
+    """The SoC of every target: VexRiscv, main memory, matcher and link.
+
+    A target says what differs by overriding `add_clocking`, `add_main_memory` and `add_link`.
+
+    Parameters
+    ----------
+    platform
+        LiteX platform of the board or of the simulation.
+    sys_clk_freq : int
+        System clock in Hz.
+    max_width, disparities, max_block_size, features, burst_bytes, matcher_clock_domain
+        Of the matcher: see `StereoMixin.add_stereo`.
+    name : str
+        What the device calls itself, at most 15 ASCII characters.
+    **kwargs
+        Passed on to `SoCCore`.
+    """
+    def __init__(self, platform, sys_clk_freq, max_width=640, disparities=64, max_block_size=9, features=FEATURES,
+        burst_bytes=128, matcher_clock_domain="sys", name="litestereo", **kwargs):
+        soc_kwargs = dict(
+            ident        = f"LiteStereo on {name}",
+            cpu_type     = "vexriscv",
+            cpu_variant  = "standard",
+            timer_uptime = True,
+            # The firmware polls: deep enough for what arrives while it does something else.
+            uart_fifo_depth = 256,
+            # Resets the SoC if the firmware does not come round any more; until then it has time to say so.
+            with_watchdog        = True,
+            watchdog_reset_delay = sys_clk_freq//20,
+        )
+        soc_kwargs.update(kwargs)
+        self.add_clocking(platform, sys_clk_freq)
+        SoCCore.__init__(self, platform, clk_freq=sys_clk_freq, **soc_kwargs)
+        self.add_constant("LITESTEREO_NAME", name)
+        self.add_constant("UART_RX_FIFO_DEPTH", soc_kwargs["uart_fifo_depth"])
+        self.add_constant("UART_TX_FIFO_DEPTH", soc_kwargs["uart_fifo_depth"])
+        self.reset_record = ResetRecord()
+        self.burst_bytes  = burst_bytes
+        self.memory       = memory = self.add_main_memory()
+        self.add_stereo(
+            max_width      = max_width,
+            disparities    = disparities,
+            max_block_size = max_block_size,
+            features       = features,
+            memory         = memory,
+            burst_bytes    = burst_bytes,
+            clock_domain   = matcher_clock_domain,
+        )
+        self.add_link()
+
+    # Hooks ----------------------------------------------------------------------------------------
+
+    def add_clocking(self, platform, sys_clk_freq):
+        """Create the clock domain `sys`, and the matcher's if it has one of its own."""
+        raise NotImplementedError
+
+    def add_main_memory(self):
+        """Add the region `main_ram`; return what `add_stereo` takes as `memory`."""
+        raise NotImplementedError
+
+    def add_link(self):
+        """Add links besides the UART; their DMA gets its ports from `self.memory`."""

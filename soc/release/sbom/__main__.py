@@ -1,0 +1,51 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""Writes docs/sbom.cdx.json and docs/licences.md: what bitstream, firmware and host tools are made of."""
+
+from __future__ import annotations
+
+import json
+import sys
+import tomllib
+
+from .components import CHECKOUT, components
+from .documents  import cyclonedx, table
+
+
+def documents() -> dict[str, str]:
+    """Name and text of each document, from the packages that are installed.
+
+    Raises
+    ------
+    ValueError
+        A package is not installed as locked, or its licence is not known; the message says what to do.
+    """
+    project = tomllib.loads((CHECKOUT / "pyproject.toml").read_text())["project"]
+    found   = components()
+    python  = f"{sys.version_info.major}.{sys.version_info.minor}"
+    bill    = cyclonedx(project["version"], project["license"], python, found)
+    return {"sbom.cdx.json": json.dumps(bill, indent=2) + "\n",
+            "licences.md":   table(project["version"], project["license"], found)}
+
+
+def main() -> int:
+    """Write both; returns the exit status."""
+    if not (CHECKOUT / "pyproject.toml").is_file():
+        print("sbom: error: this is not a checkout of LiteStereo: run make sbom in one", file=sys.stderr)
+        return 1
+    try:
+        written = documents()
+    except ValueError as error:
+        print(f"sbom: error: {error}", file=sys.stderr)
+        return 1
+    for name, text in written.items():
+        (CHECKOUT / "docs" / name).write_text(text)
+        print(f"docs/{name}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

