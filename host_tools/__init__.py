@@ -10,17 +10,17 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from .calibration.rectify import Rectifier, read_calibration
-    from .call import LinkSettings
-    from .device import connect
+    from .cameras.rectify import Rectifier, read_calibration
+    from .core.errors import LiteStereoError
+    from .core.geometry import StereoGeometry
+    from .core.images import disparity_pixels, read_grey, write_disparity
+    from .core.settings import MatcherSettings
+    from .core.speckle import SpeckleFilter
+    from .data.sources import open_source
     from .devices.base import Device, DeviceInfo, Result
-    from .errors import LiteStereoError
-    from .geometry import StereoGeometry
-    from .images import disparity_pixels, read_grey, write_disparity
-    from .settings import MatcherSettings
-    from .sources import open_source
-    from .speckle import SpeckleFilter
-    from .stereo_bm import StereoBM, StereoBM_create
+    from .devices.connect import connect
+    from .devices.stereo_bm import StereoBM, StereoBM_create
+    from .link.call import LinkSettings
 
 __all__ = ["Device", "DeviceInfo", "LinkSettings", "LiteStereoError", "MatcherSettings", "Rectifier", "Result",
            "SpeckleFilter", "StereoBM", "StereoBM_create", "StereoGeometry", "connect", "disparity_pixels",
@@ -30,21 +30,21 @@ __all__ = ["Device", "DeviceInfo", "LinkSettings", "LiteStereoError", "MatcherSe
 _MODULES = {
     "Device":           "devices.base",
     "DeviceInfo":       "devices.base",
-    "LinkSettings":     "call",
-    "LiteStereoError":  "errors",
-    "MatcherSettings":  "settings",
-    "Rectifier":        "calibration.rectify",
+    "LinkSettings":     "link.call",
+    "LiteStereoError":  "core.errors",
+    "MatcherSettings":  "core.settings",
+    "Rectifier":        "cameras.rectify",
     "Result":           "devices.base",
-    "SpeckleFilter":    "speckle",
-    "StereoBM":         "stereo_bm",
-    "StereoBM_create":  "stereo_bm",
-    "StereoGeometry":   "geometry",
-    "connect":          "device",
-    "disparity_pixels": "images",
-    "open_source":      "sources",
-    "read_calibration": "calibration.rectify",
-    "read_grey":        "images",
-    "write_disparity":  "images",
+    "SpeckleFilter":    "core.speckle",
+    "StereoBM":         "devices.stereo_bm",
+    "StereoBM_create":  "devices.stereo_bm",
+    "StereoGeometry":   "core.geometry",
+    "connect":          "devices.connect",
+    "disparity_pixels": "core.images",
+    "open_source":      "data.sources",
+    "read_calibration": "cameras.rectify",
+    "read_grey":        "core.images",
+    "write_disparity":  "core.images",
 }
 
 

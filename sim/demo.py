@@ -16,12 +16,12 @@ import numpy as np
 import rich.console
 import rich.progress
 
-from ..host_tools.datasets import StereoPair, downscale, load_motorcycle
-from ..host_tools.device import Result, connect
-from ..host_tools.errors import LiteStereoError
-from ..host_tools.images import write_disparity
-from ..host_tools.metrics import rate
-from ..host_tools.settings import MatcherSettings
+from ..host_tools.core.errors import LiteStereoError
+from ..host_tools.core.images import write_disparity
+from ..host_tools.core.settings import MatcherSettings
+from ..host_tools.data.datasets import StereoPair, downscale, load_motorcycle
+from ..host_tools.devices.connect import Result, connect
+from ..host_tools.evaluation.quality import rate
 from ..soc.build.paths import build_directory
 from .models.stereo_bm import StereoSettings, stereo_bm
 from .system.build import SimulationError

@@ -12,7 +12,7 @@ import os
 import sys
 from collections.abc import Sequence
 
-from ..errors import LiteStereoError, UsageError
+from ..core.errors import LiteStereoError, UsageError
 from .arguments import Parser
 
 SUCCESS     = 0

@@ -13,9 +13,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NoReturn
 
-from ..errors import UsageError
-from ..settings import MatcherSettings
-from ..urls import EXAMPLES, parse_url
+from ..core.errors import UsageError
+from ..core.settings import MatcherSettings
+from ..link.urls import EXAMPLES, parse_url
 
 #: Environment variable that names the device when `--device` does not.
 DEVICE_VARIABLE = "LITESTEREO_DEVICE"

@@ -17,9 +17,9 @@ import rich.console
 import rich.progress
 import rich.table
 
-from ..benchmark import Bench, measure
-from ..device import connect
 from ..devices.base import DeviceInfo
+from ..devices.connect import connect
+from ..live.benchmark import Bench, measure
 from .arguments import Parser, add_device, add_json, count
 from .matching import add_settings, chosen_settings
 

@@ -19,14 +19,14 @@ import rich.console
 import rich.progress
 import rich.table
 
-from ..calibration.board import KINDS, make_board
-from ..calibration.calibrate import MODELS, Calibration, calibrate
-from ..calibration.find import BadPair, BoardPair, find_board
-from ..calibration.rectify import FILES, geometry_text
-from ..camera_info import pair_geometry, write_camera_info
-from ..errors import GeometryError, ImageError
-from ..images import read_grey
-from ..sources.files import PairFiles, pair_files
+from ..cameras.board import KINDS, make_board
+from ..cameras.calibrate import MODELS, Calibration, calibrate
+from ..cameras.camera_info import pair_geometry, write_camera_info
+from ..cameras.find import BadPair, BoardPair, find_board
+from ..cameras.rectify import FILES, geometry_text
+from ..core.errors import GeometryError, ImageError
+from ..core.images import read_grey
+from ..data.sources.files import PairFiles, pair_files
 from .arguments import Parser, add_json, fraction, positive
 
 #: Width of the table in columns where there is no terminal to tell it.

@@ -10,10 +10,10 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from ..calib import read_calib
-from ..camera_info import CameraInfo, ideal_cameras, pair_geometry, read_camera_info
-from ..errors import GeometryError, UsageError
-from ..geometry import StereoGeometry
+from ..cameras.calib_txt import read_calib
+from ..cameras.camera_info import CameraInfo, ideal_cameras, pair_geometry, read_camera_info
+from ..core.errors import GeometryError, UsageError
+from ..core.geometry import StereoGeometry
 from .arguments import positive
 
 #: Geometry, left and right camera.

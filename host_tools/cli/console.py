@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import argparse
 
-from ..device import connect
+from ..devices.connect import connect
 from .arguments import Parser, add_device, positive
 
 #: Time in seconds without text after which the console counts as silent; simulated self tests take a while.

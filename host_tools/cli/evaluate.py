@@ -18,17 +18,17 @@ from pathlib import Path
 import rich.console
 import rich.progress
 
-from ..datasets import load_motorcycle
-from ..device import connect
-from ..errors import ImageError, UsageError
+from ..core.errors import ImageError, UsageError
+from ..core.features import Feature
+from ..core.settings import DISPARITY_STEP, MatcherSettings
+from ..data.datasets import load_motorcycle
+from ..devices.connect import connect
 from ..evaluation.layouts import find_samples
 from ..evaluation.matchers import OPENCV, check_opencv, opencv_name
 from ..evaluation.metrics import METRICS
 from ..evaluation.report import as_json, means, table, write_csv
 from ..evaluation.samples import SampleFiles
 from ..evaluation.work import Job, LoadedSample, evaluate, tasks_of
-from ..features import Feature
-from ..settings import DISPARITY_STEP, MatcherSettings
 from .arguments import DEVICE_VARIABLE, Parser, add_json, count, device_url, positive
 from .matching import add_settings, chosen_settings, chosen_speckle_filter
 

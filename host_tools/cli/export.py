@@ -18,13 +18,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import ImageError, UsageError
+from ..core.errors import ImageError, UsageError
+from ..core.geometry import StereoGeometry
+from ..core.images import pfm_of, read_colour
 from ..export import files
 from ..export.bag import write_bag
 from ..export.maps import SearchRange, read_disparity
 from ..export.messages import Frame
-from ..geometry import StereoGeometry
-from ..images import pfm_of, read_colour
 from .arguments import Parser, add_json, count, natural, positive
 from .cameras import Cameras, add_cameras, chosen_cameras
 

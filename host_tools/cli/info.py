@@ -11,9 +11,9 @@ import argparse
 import dataclasses
 import json
 
-from ..device import connect
+from ..core.features import feature_names
 from ..devices.base import DeviceInfo
-from ..features import feature_names
+from ..devices.connect import connect
 from .arguments import Parser, add_device, add_json
 
 _EPILOG = """\

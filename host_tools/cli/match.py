@@ -13,15 +13,15 @@ import json
 import sys
 from pathlib import Path
 
-from ..calibration.depth import write_cloud, write_depth
-from ..calibration.rectify import read_calibration
-from ..device import connect
+from ..cameras.rectify import read_calibration
+from ..core.errors import ImageError
+from ..core.images import read_grey, write_disparity
+from ..core.settings import MatcherSettings
+from ..data.ground_truth import read_ground_truth
 from ..devices.base import check_minimum_size, check_pair
-from ..errors import ImageError
-from ..ground_truth import read_ground_truth
-from ..images import read_grey, write_disparity
-from ..metrics import rate
-from ..settings import MatcherSettings
+from ..devices.connect import connect
+from ..evaluation.quality import rate
+from ..export.depth import write_cloud, write_depth
 from .arguments import Parser, add_calibration, add_device, add_json, positive
 from .match_summary import as_text, depth_summary, link_summary, match_summary
 from .matching import add_settings, chosen_settings, chosen_speckle_filter

@@ -15,10 +15,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..call import LinkCounters
+from ..core.speckle import SpeckleFilter
 from ..devices.base import DeviceInfo, Result
-from ..metrics import Quality
-from ..speckle import SpeckleFilter
+from ..evaluation.quality import Quality
+from ..link.call import LinkCounters
 
 #: Clock that frame rates are given for, so that simulations and boards can be compared.
 _RATE_CLOCK_HZ = 100_000_000

@@ -10,8 +10,8 @@ from __future__ import annotations
 import argparse
 import dataclasses
 
-from ..settings import DEFAULT_BLOCK_SIZE, DEFAULT_DISPARITIES, DISPARITY_STEP, PREFILTERS, RANGES, MatcherSettings
-from ..speckle import SpeckleFilter
+from ..core.settings import DEFAULT_BLOCK_SIZE, DEFAULT_DISPARITIES, DISPARITY_STEP, PREFILTERS, RANGES, MatcherSettings
+from ..core.speckle import SpeckleFilter
 from .arguments import natural, setting
 
 _HELP = {

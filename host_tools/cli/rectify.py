@@ -14,11 +14,11 @@ from pathlib import Path
 import rich.console
 import rich.progress
 
-from ..calibration.rectify import FILES, geometry_text, read_calibration
-from ..camera_info import ideal_cameras, write_camera_info
-from ..errors import ImageError
-from ..images import read_image, write_png
-from ..sources.files import PairFiles, pair_files
+from ..cameras.camera_info import ideal_cameras, write_camera_info
+from ..cameras.rectify import FILES, geometry_text, read_calibration
+from ..core.errors import ImageError
+from ..core.images import read_image, write_png
+from ..data.sources.files import PairFiles, pair_files
 from .arguments import Parser, add_calibration, add_json
 
 _EPILOG = """\

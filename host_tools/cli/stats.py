@@ -11,8 +11,8 @@ import argparse
 import json
 from collections.abc import Iterable
 
-from ..device import connect
-from ..urls import parse_url
+from ..devices.connect import connect
+from ..link.urls import parse_url
 from .arguments import Parser, add_device, add_json
 
 _EPILOG = """\

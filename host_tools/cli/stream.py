@@ -16,14 +16,14 @@ import numpy as np
 import rich.console
 import rich.progress
 
-from ..calibration.depth import write_depth
-from ..calibration.rectify import read_calibration
-from ..device import connect
-from ..errors import ImageError
-from ..images import FORMATS, write_map
-from ..settings import MatcherSettings
-from ..sources import EXAMPLES, open_source
-from ..watch import Matching, Meter, Seen, watch
+from ..cameras.rectify import read_calibration
+from ..core.errors import ImageError
+from ..core.images import FORMATS, write_map
+from ..core.settings import MatcherSettings
+from ..data.sources import EXAMPLES, open_source
+from ..devices.connect import connect
+from ..export.depth import write_depth
+from ..live.watch import Matching, Meter, Seen, watch
 from .arguments import Parser, add_calibration, add_device, add_json, count
 from .matching import add_settings, chosen_settings, chosen_speckle_filter
 from .stopping import stopped_by_ctrl_c

@@ -11,9 +11,9 @@ import argparse
 import json
 from pathlib import Path
 
-from ..device import connect
 from ..devices.base import RESTART_LIMIT_S
-from ..firmware_image import read_firmware
+from ..devices.connect import connect
+from ..devices.firmware_image import read_firmware
 from .arguments import Parser, add_device, add_json, positive
 from .progress import progress_bars
 

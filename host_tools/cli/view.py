@@ -14,15 +14,15 @@ import sys
 import time
 from pathlib import Path
 
-from ..device import connect
-from ..errors import UsageError
-from ..images import write_png
-from ..settings import MatcherSettings
-from ..sources import open_source
+from ..core.errors import UsageError
+from ..core.images import write_png
+from ..core.settings import MatcherSettings
+from ..data.sources import open_source
+from ..devices.connect import connect
+from ..live.watch import Meter, watch
 from ..viewing.montage import montage
 from ..viewing.recording import DEFAULT_URL, Target
 from ..viewing.viewer import Viewer
-from ..watch import Meter, watch
 from .arguments import Parser, add_calibration, add_device, add_json, count
 from .matching import add_settings
 from .stopping import stopped_by_ctrl_c

@@ -17,11 +17,11 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from ..call import LinkCounters
-from ..errors import ImageError, UnsupportedError
-from ..features import ALL_FEATURES, DESCRIPTIONS, Feature
-from ..settings import DEFAULT_BLOCK_SIZE, DEFAULT_DISPARITIES, MatcherSettings
-from .turns import Turns
+from ..core.errors import ImageError, UnsupportedError
+from ..core.features import ALL_FEATURES, DESCRIPTIONS, Feature
+from ..core.settings import DEFAULT_BLOCK_SIZE, DEFAULT_DISPARITIES, MatcherSettings
+from ..link.call import LinkCounters
+from .lock import Turns
 
 #: Receives the phase ("upload", "match" or "download"; of an update "upload" or "write"), the steps done and the steps
 #: in all.

@@ -7,7 +7,6 @@
 
 from __future__ import annotations
 
-import importlib
 import subprocess
 import time
 from collections.abc import Iterable, Iterator
@@ -17,10 +16,11 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import DeviceError, UrlError
-from ..settings import DEFAULT_DISPARITIES, DISPARITY_STEP, MIN_BLOCK_SIZE, MatcherSettings
-from ..urls import DeviceUrl
+from ..core.errors import DeviceError, UrlError
+from ..core.settings import DEFAULT_DISPARITIES, DISPARITY_STEP, MIN_BLOCK_SIZE, MatcherSettings
+from ..link.urls import DeviceUrl
 from .base import Device, DeviceInfo, Pair, Progress, Result, check_pair
+from .registry import load
 
 #: Sizes of the model unless the URL says otherwise: it has no limits of its own, but memory has.
 _MODEL_MAX_SIZE        = 8192
@@ -49,7 +49,7 @@ class ModelMatcher:
     """The reference model in NumPy, which counts no clocks."""
 
     def __init__(self) -> None:
-        self._model = importlib.import_module("litestereo.sim.models.stereo_bm")
+        self._model = load("model")
 
     def match(self, left: NDArray[np.uint8], right: NDArray[np.uint8], settings: MatcherSettings) -> Matched:
         """Disparity map of a pair, and no clocks."""
@@ -60,11 +60,11 @@ class ModelMatcher:
 
 
 class GatewareMatcher:
-    """The gateware's Verilog in Verilator; raises as `sim.cosim.CosimMatcher` does."""
+    """The gateware's Verilog in Verilator; raises as `sim.cores.cosim.CosimMatcher` does."""
 
     def __init__(self, max_width: int, disparities: int, max_block_size: int) -> None:
-        self._model   = importlib.import_module("litestereo.sim.models.stereo_bm")
-        cosim         = importlib.import_module("litestereo.sim.cores.cosim")
+        self._model   = load("model")
+        cosim         = load("cosim")
         self._matcher = cosim.CosimMatcher(max_width=max_width, disparities=disparities,
                                            max_block_size=max_block_size)
         self.features = int(self._matcher.features)

@@ -11,15 +11,15 @@ import contextlib
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
-from .. import payloads
-from ..call import LinkCounters, LinkSettings
-from ..channel import Channel
-from ..errors import DeviceError, DeviceRefused, LiteStereoError, ProtocolError
-from ..firmware_image import read_firmware
-from ..link import Link
-from ..protocol import MessageType
+from ..core.errors import DeviceError, DeviceRefused, LiteStereoError, ProtocolError
+from ..link.call import LinkCounters, LinkSettings
+from ..link.channel import Channel
+from ..link.link import Link
+from ..protocol import payloads
+from ..protocol.messages import MessageType
 from .base import RESTART_LIMIT_S, Device, DeviceInfo, Progress
-from .frame import Frame
+from .firmware_image import read_firmware
+from .udp.frame import Frame
 from .updating import restart_device, write_firmware
 
 #: A goodbye is a courtesy: the time in seconds that it may take.

@@ -9,14 +9,14 @@ from __future__ import annotations
 
 import time
 
-from .. import payloads
-from ..errors import DeviceError, LinkTimeout
-from ..firmware_image import FirmwareImage
-from ..link import Link
-from ..payloads import UpdateProgress, UpdateState
-from ..protocol import CHUNK_BYTES, ErrorCode, MessageType
-from ..refusals import failed_update
+from ..core.errors import DeviceError, LinkTimeout
+from ..link.link import Link
+from ..protocol import payloads
+from ..protocol.messages import CHUNK_BYTES, ErrorCode, MessageType
+from ..protocol.payloads import UpdateProgress, UpdateState
+from ..protocol.refusals import failed_update
 from .base import Progress
+from .firmware_image import FirmwareImage
 
 #: Seconds between two questions for the progress, and between two hellos to a device that is restarting.
 _POLL_S = 0.1

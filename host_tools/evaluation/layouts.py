@@ -23,8 +23,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
-from ..calib import read_calib
-from ..errors import DatasetError
+from ..cameras.calib_txt import read_calib
+from ..core.errors import DatasetError
 from .samples import SampleFiles, image_size
 
 _IMAGES = (".png", ".ppm", ".pgm", ".jpg")

@@ -13,10 +13,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from ..device import Device, connect
+from ..core.errors import UnsupportedError
+from ..core.settings import MatcherSettings
 from ..devices.base import check_minimum_size
-from ..errors import UnsupportedError
-from ..settings import MatcherSettings
+from ..devices.connect import Device, connect
 
 #: OpenCV's matchers by their names in a command.
 OPENCV = ("bm", "sgbm")

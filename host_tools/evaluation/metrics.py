@@ -18,7 +18,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import ImageError
+from ..core.errors import ImageError
 
 #: Thresholds of bad pixels by their names, in pixels.
 THRESHOLDS_PX = {"0_5": 0.5, "1_0": 1.0, "2_0": 2.0, "4_0": 4.0}

@@ -15,8 +15,8 @@ import signal
 from collections.abc import Callable, Generator, Sequence
 from typing import Any, TypeVar
 
-from ..errors import WorkerError
-from ..extras import import_extra
+from ..core.errors import WorkerError
+from ..core.extras import import_extra
 
 Item   = TypeVar("Item")
 Result = TypeVar("Result")

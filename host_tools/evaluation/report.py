@@ -17,7 +17,7 @@ import rich.box
 import rich.table
 import rich.text
 
-from ..errors import ImageError
+from ..core.errors import ImageError
 from .metrics import METRICS
 from .regions import REGIONS
 from .work import Row

@@ -11,11 +11,11 @@ import contextlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from ..datasets import StereoPair
-from ..errors import LiteStereoError, UsageError
-from ..images import disparity_pixels
-from ..settings import MatcherSettings
-from ..speckle import SpeckleFilter
+from ..core.errors import LiteStereoError, UsageError
+from ..core.images import disparity_pixels
+from ..core.settings import MatcherSettings
+from ..core.speckle import SpeckleFilter
+from ..data.datasets import StereoPair
 from .matchers import is_shared, open_matcher
 from .metrics import measure
 from .parallel import in_processes, on_cluster

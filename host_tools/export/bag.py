@@ -10,8 +10,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from pathlib import Path
 
-from ..errors import ImageError
-from ..extras import import_extra
+from ..core.errors import ImageError
+from ..core.extras import import_extra
 from .messages import Frame, Messages
 
 #: Version of the bag's metadata: the oldest that rosbags writes, which older ROS 2 reads too.

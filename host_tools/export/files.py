@@ -14,7 +14,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from ..images import KITTI_SCALE
+from ..core.images import KITTI_SCALE
 
 _MILLIMETRES = 1000
 _MAX_UINT16  = (1 << 16) - 1

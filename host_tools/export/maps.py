@@ -14,10 +14,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import ImageError, SettingsError
-from ..ground_truth import decode_pfm
-from ..images import KITTI_SCALE, disparity_pixels, read_file, read_image
-from ..settings import DISPARITY_SCALE
+from ..core.errors import ImageError, SettingsError
+from ..core.images import KITTI_SCALE, disparity_pixels, read_file, read_image
+from ..core.settings import DISPARITY_SCALE
+from ..data.ground_truth import decode_pfm
 
 
 @dataclass(frozen=True)

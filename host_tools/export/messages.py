@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..camera_info import CameraInfo
-from ..extras import import_extra
-from ..geometry import StereoGeometry
-from ..settings import DISPARITY_SCALE
+from ..cameras.camera_info import CameraInfo
+from ..core.extras import import_extra
+from ..core.geometry import StereoGeometry
+from ..core.settings import DISPARITY_SCALE
 from .maps import SearchRange
 
 _SECOND_NS = 1_000_000_000

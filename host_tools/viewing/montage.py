@@ -11,8 +11,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from ..images import color_image
-from ..watch import Seen
+from ..core.images import color_image
+from ..live.watch import Seen
 
 #: Height of a caption in pixels.
 _CAPTION_PX = 24

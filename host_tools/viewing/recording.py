@@ -15,8 +15,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ..errors import ViewerError
-from ..extras import import_extra
+from ..core.errors import ViewerError
+from ..core.extras import import_extra
 
 #: Where Rerun's viewer listens unless told otherwise.
 DEFAULT_URL = "rerun+http://127.0.0.1:9876/proxy"

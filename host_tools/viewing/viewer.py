@@ -10,9 +10,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..geometry import StereoGeometry
-from ..images import color_image, disparity_pixels
-from ..watch import Meter, Seen
+from ..core.geometry import StereoGeometry
+from ..core.images import color_image, disparity_pixels
+from ..live.watch import Meter, Seen
 from .recording import Recording, Target
 
 

@@ -18,8 +18,8 @@ import cv2
 import rich.console
 import rich.table
 
-from ...host_tools.device import Device, connect
-from ...host_tools.errors import LiteStereoError
+from ...host_tools.core.errors import LiteStereoError
+from ...host_tools.devices.connect import Device, connect
 from ...soc.build.paths import build_directory
 from ..models.pattern import LEFT_SEED, RIGHT_SEED, pattern
 from ..models.stereo_bm import StereoSettings, stereo_bm

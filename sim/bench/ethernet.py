@@ -13,10 +13,10 @@ from pathlib import Path
 
 import numpy as np
 
-from ...host_tools.device import connect
-from ...host_tools.errors import LiteStereoError
-from ...host_tools.protocol import CHUNK_BYTES, REPLY, MessageType
-from ...host_tools.settings import MatcherSettings
+from ...host_tools.core.errors import LiteStereoError
+from ...host_tools.core.settings import MatcherSettings
+from ...host_tools.devices.connect import connect
+from ...host_tools.protocol.messages import CHUNK_BYTES, REPLY, MessageType
 from ..models.pattern import LEFT_SEED, RIGHT_SEED, pattern
 from ..models.stereo_bm import StereoSettings, stereo_bm
 from ..system.capture import Captured, read_capture

@@ -5,7 +5,7 @@
 
 """Reference models of the matcher's stages in NumPy: what each of them must return, number for number.
 
-Together they are `cv2.StereoBM`; `sim.stereobm` puts them together. Arrays of costs are disparities x rows
+Together they are `cv2.StereoBM`; `stereo_bm.py` puts them together. Arrays of costs are disparities x rows
 x columns, the smallest disparity first. Their rows are those that have a whole block, [k, H - k) with
 k = block_size // 2. Their columns are those of `Columns`: beside the ones that have a whole block the k on
 either side of them, which take part in the left-right check and are thrown away after it.

@@ -12,8 +12,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from ...host_tools.errors import ProtocolError
-from ...host_tools.protocol import UDP_PORT, Message
+from ...host_tools.core.errors import ProtocolError
+from ...host_tools.protocol.messages import UDP_PORT, Message
 
 _MAGIC  = 0xa1b23c4d # pcap with nanoseconds: one of them is a clock.
 _HEADER = struct.Struct("=IHHIIII")

@@ -10,7 +10,7 @@ from __future__ import annotations
 import argparse
 import sys
 
-from ...host_tools.protocol import UDP_PORT
+from ...host_tools.protocol.messages import UDP_PORT
 from ...soc.boards import BOARDS
 from .build import MEMORIES, SimulationError
 from .simulation import start_simulation

@@ -13,7 +13,7 @@ import sys
 import rich.console
 import rich.progress
 
-from ...host_tools.errors import LiteStereoError
+from ...host_tools.core.errors import LiteStereoError
 from ...soc.build.paths import PACKAGE_DIR
 from ...soc.build.tools import ToolError
 from .middlebury import data_key

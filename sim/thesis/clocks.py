@@ -14,8 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from ...host_tools.device import Device, connect
-from ...host_tools.settings import MatcherSettings
+from ...host_tools.core.settings import MatcherSettings
+from ...host_tools.devices.connect import Device, connect
 from ...soc.reports.markdown import table
 from ..models.pattern import LEFT_SEED, RIGHT_SEED, pattern
 from ..models.stereo_bm import stereo_bm

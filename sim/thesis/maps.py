@@ -14,8 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from ...host_tools.images import disparity_pixels
-from ...host_tools.metrics import rate
+from ...host_tools.core.images import disparity_pixels
+from ...host_tools.evaluation.quality import rate
 from ...soc.reports.markdown import table
 from .middlebury import PAIRS, stereo_pair
 from .pictures import maps

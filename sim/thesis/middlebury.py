@@ -10,10 +10,10 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from ...host_tools.datasets import StereoPair
-from ...host_tools.errors import DatasetError
-from ...host_tools.ground_truth import read_ground_truth
-from ...host_tools.images import read_grey
+from ...host_tools.core.errors import DatasetError
+from ...host_tools.core.images import read_grey
+from ...host_tools.data.datasets import StereoPair
+from ...host_tools.data.ground_truth import read_ground_truth
 from ...soc.build.paths import content_key
 
 #: Pairs that the figures of the thesis show.

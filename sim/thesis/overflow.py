@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from ...gateware.common.parameters import MAX_BLOCK_SIZE, MIN_BLOCK_SIZE, MatcherParameters
 from ...gateware.engines.sad.block_sum import BlockSum
 from ...gateware.engines.sad.column_sum import ColumnSum
-from ...host_tools.datasets import StereoPair
-from ...host_tools.images import disparity_pixels
+from ...host_tools.core.images import disparity_pixels
+from ...host_tools.data.datasets import StereoPair
 from ...soc.reports.markdown import table
 from ..cores.cosim import CosimMatcher
 from ..models import stages

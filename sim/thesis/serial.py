@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...firmware import FIRMWARE_DIR
-from ...host_tools.datasets import StereoPair
-from ...host_tools.device import Device, connect
+from ...host_tools.data.datasets import StereoPair
+from ...host_tools.devices.connect import Device, connect
 from ...soc.reports.markdown import table
 from ..bench.clocks import measure as bench
 from .clocks import WrongMap

@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...gateware.common.parameters import MIN_BLOCK_SIZE
-from ...host_tools.datasets import StereoPair
-from ...host_tools.images import disparity_pixels
-from ...host_tools.metrics import rate
+from ...host_tools.core.images import disparity_pixels
+from ...host_tools.data.datasets import StereoPair
+from ...host_tools.evaluation.quality import rate
 from ...soc.reports.markdown import table
 from ..cores.cosim import CosimMatcher
 from ..models import block_matching as model

@@ -14,8 +14,8 @@ import zlib
 import numpy as np
 import pytest
 
-from litestereo.host_tools.protocol import MessageType
-from litestereo.host_tools.settings import MatcherSettings
+from litestereo.host_tools.core.settings import MatcherSettings
+from litestereo.host_tools.protocol.messages import MessageType
 from support.expected import expected_map
 from support.native_device import build, native_device
 from support.pairs import generator

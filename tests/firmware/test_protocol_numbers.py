@@ -9,7 +9,7 @@ import re
 
 import pytest
 
-from litestereo.host_tools.features import Feature
+from litestereo.host_tools.core.features import Feature
 from support.firmware_build import ROOT
 
 DOCUMENT = (ROOT / "docs" / "protocol.md").read_text()

@@ -12,7 +12,7 @@ import struct
 
 import pytest
 
-from litestereo.host_tools.protocol import CHUNK_BYTES, MAX_MESSAGE_BYTES, Message, MessageType
+from litestereo.host_tools.protocol.messages import CHUNK_BYTES, MAX_MESSAGE_BYTES, Message, MessageType
 from support.link_bench import (
     MAILBOX_BASE,
     MAX_CHUNKS,

@@ -10,7 +10,7 @@ from __future__ import annotations
 import os
 import random
 
-from litestereo.host_tools.protocol import CHUNK_BYTES
+from litestereo.host_tools.protocol.messages import CHUNK_BYTES
 from support.link_bench import (
     MAILBOX_BASE,
     MEMORY_BYTES,

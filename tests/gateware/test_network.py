@@ -18,7 +18,7 @@ from migen import ClockDomain, ClockSignal, ResetSignal, Signal
 
 from litestereo.gateware.link.network import Network
 from litestereo.gateware.peripherals.frame_link import FrameLink
-from litestereo.host_tools.protocol import Message, MessageType
+from litestereo.host_tools.protocol.messages import Message, MessageType
 from litestereo.sim.cores.stream_core import StreamCore
 from litestereo.soc.parts.add_frame_link import IP_ADDRESS, MAC_ADDRESS, UDP_PORT
 from litestereo.soc.parts.wide_ram import WideRAM

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import pytest
 
-from litestereo.host_tools.protocol import CHUNK_BYTES, REPLY, Message, MessageType
+from litestereo.host_tools.protocol.messages import CHUNK_BYTES, REPLY, Message, MessageType
 from support.link_bench import PEER, SLOT_BYTES, Datagram, LinkBench, chunk_offsets, pairs, upload
 from support.pairs import byte_generator
 

@@ -12,10 +12,10 @@ import pytest
 from hypothesis import given, seed, settings
 from hypothesis import strategies as st
 
-from litestereo.host_tools import cobs
-from litestereo.host_tools.errors import ProtocolError
-from litestereo.host_tools.protocol import CHUNK_BYTES, MAGIC, MAX_MESSAGE_BYTES, Message
-from litestereo.host_tools.serial_framing import MAX_ENCODED_BYTES, Demultiplexer, frame
+from litestereo.host_tools.core.errors import ProtocolError
+from litestereo.host_tools.link.serial_framing import MAX_ENCODED_BYTES, Demultiplexer, frame
+from litestereo.host_tools.protocol import cobs
+from litestereo.host_tools.protocol.messages import CHUNK_BYTES, MAGIC, MAX_MESSAGE_BYTES, Message
 from support.firmware_build import build_tests
 from support.pairs import SEED
 

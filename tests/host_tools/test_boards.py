@@ -9,11 +9,11 @@ import cv2
 import numpy as np
 import pytest
 
-from litestereo.host_tools.calibration.board import make_board
-from litestereo.host_tools.calibration.calibrate import calibrate
-from litestereo.host_tools.calibration.find import BadPair, BoardPair, find_board
-from litestereo.host_tools.errors import GeometryError, UsageError
-from litestereo.host_tools.images import read_grey
+from litestereo.host_tools.cameras.board import make_board
+from litestereo.host_tools.cameras.calibrate import calibrate
+from litestereo.host_tools.cameras.find import BadPair, BoardPair, find_board
+from litestereo.host_tools.core.errors import GeometryError, UsageError
+from litestereo.host_tools.core.images import read_grey
 from support import rig
 from support.pairs import generator
 

@@ -11,11 +11,11 @@ import cv2
 import numpy as np
 import pytest
 
-from litestereo.host_tools.calibration.board import make_board
-from litestereo.host_tools.calibration.find import find_board
-from litestereo.host_tools.calibration.rectify import read_calibration
-from litestereo.host_tools.camera_info import read_camera_info
-from litestereo.host_tools.images import read_grey
+from litestereo.host_tools.cameras.board import make_board
+from litestereo.host_tools.cameras.camera_info import read_camera_info
+from litestereo.host_tools.cameras.find import find_board
+from litestereo.host_tools.cameras.rectify import read_calibration
+from litestereo.host_tools.core.images import read_grey
 from support import rig
 from support.command import one_line, run
 from support.pairs import generator

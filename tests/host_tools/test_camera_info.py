@@ -10,9 +10,9 @@ import dataclasses
 import numpy as np
 import pytest
 
-from litestereo.host_tools.camera_info import ideal_cameras, pair_geometry, read_camera_info, write_camera_info
-from litestereo.host_tools.errors import GeometryError, ImageError
-from litestereo.host_tools.geometry import StereoGeometry
+from litestereo.host_tools.cameras.camera_info import ideal_cameras, pair_geometry, read_camera_info, write_camera_info
+from litestereo.host_tools.core.errors import GeometryError, ImageError
+from litestereo.host_tools.core.geometry import StereoGeometry
 
 GEOMETRY = StereoGeometry(width=640, height=480, focal_px=500.5, baseline_m=0.12, cx_left_px=320.25, cy_px=239.5,
                           cx_right_px=318.0)

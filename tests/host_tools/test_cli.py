@@ -20,12 +20,13 @@ import cv2
 import numpy as np
 import pytest
 
-from litestereo.host_tools import link, payloads
 from litestereo.host_tools.cli import info
-from litestereo.host_tools.ground_truth import read_ground_truth
-from litestereo.host_tools.link import LinkSettings
-from litestereo.host_tools.protocol import ErrorCode, Message, MessageType
-from litestereo.host_tools.settings import MatcherSettings
+from litestereo.host_tools.core.settings import MatcherSettings
+from litestereo.host_tools.data.ground_truth import read_ground_truth
+from litestereo.host_tools.link import link
+from litestereo.host_tools.link.link import LinkSettings
+from litestereo.host_tools.protocol import payloads
+from litestereo.host_tools.protocol.messages import ErrorCode, Message, MessageType
 from support.command import one_line, run
 from support.data import stereo_folder
 from support.expected import expected_map
@@ -327,7 +328,7 @@ def test_no_device(pair, tmp_path, capfd):
 
 def test_a_busy_port(capfd):
     master, slave = pty.openpty()
-    from litestereo.host_tools.transports.serial_port import SerialTransport
+    from litestereo.host_tools.link.transports.serial_port import SerialTransport
 
     other = SerialTransport(os.ttyname(slave), 115200)
     assert run("info", "--device", f"serial:{os.ttyname(slave)}") == 1
@@ -421,6 +422,6 @@ def test_a_reader_that_goes_away_is_no_traceback():
 
 
 def test_importing_prints_nothing():
-    imports = "import litestereo.host_tools.cli.match, litestereo.host_tools.datasets"
+    imports = "import litestereo.host_tools.cli.match, litestereo.host_tools.data.datasets"
     done    = subprocess.run([sys.executable, "-c", imports], capture_output=True, text=True, check=True)
     assert (done.stdout, done.stderr) == ("", "")

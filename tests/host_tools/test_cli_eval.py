@@ -22,13 +22,13 @@ import pytest
 import rich.console
 
 from litestereo.host_tools.cli import evaluate
-from litestereo.host_tools.errors import MissingExtraError, WorkerError
+from litestereo.host_tools.core.errors import MissingExtraError, WorkerError
+from litestereo.host_tools.core.extras import import_extra
+from litestereo.host_tools.core.speckle import SpeckleFilter
 from litestereo.host_tools.evaluation import parallel, work
 from litestereo.host_tools.evaluation.metrics import METRICS
 from litestereo.host_tools.evaluation.report import table
 from litestereo.host_tools.evaluation.work import Row
-from litestereo.host_tools.extras import import_extra
-from litestereo.host_tools.speckle import SpeckleFilter
 from support import data_sets
 from support.command import one_line, run
 from support.data import FOLDERS, stereo_folder, stereo_pair

@@ -17,10 +17,10 @@ import mcap_ros2.decoder
 import numpy as np
 import pytest
 
-from litestereo.host_tools.camera_info import ideal_cameras, write_camera_info
-from litestereo.host_tools.geometry import StereoGeometry
-from litestereo.host_tools.images import write_disparity
-from litestereo.host_tools.settings import MatcherSettings
+from litestereo.host_tools.cameras.camera_info import ideal_cameras, write_camera_info
+from litestereo.host_tools.core.geometry import StereoGeometry
+from litestereo.host_tools.core.images import write_disparity
+from litestereo.host_tools.core.settings import MatcherSettings
 from support import data_sets
 from support.command import one_line, run
 from support.data_sets import HEIGHT, WIDTH

@@ -7,8 +7,8 @@
 
 import pytest
 
-from litestereo.host_tools import cobs
-from litestereo.host_tools.errors import ProtocolError
+from litestereo.host_tools.core.errors import ProtocolError
+from litestereo.host_tools.protocol import cobs
 from support.pairs import byte_generator
 
 

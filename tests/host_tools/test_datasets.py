@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from litestereo.host_tools import datasets
-from litestereo.host_tools.errors import DatasetError
+from litestereo.host_tools.core.errors import DatasetError
+from litestereo.host_tools.data import datasets
 from support.pairs import generator, textured_pair
 
 CACHE = Path(__file__).parents[2] / datasets.MOTORCYCLE_FOLDER

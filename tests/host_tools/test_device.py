@@ -12,10 +12,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from litestereo.host_tools.device import connect
-from litestereo.host_tools.errors import DeviceError, ImageError, SettingsError, UnsupportedError, UrlError
-from litestereo.host_tools.protocol import Parameter
-from litestereo.host_tools.settings import MatcherSettings
+from litestereo.host_tools.core.errors import DeviceError, ImageError, SettingsError, UnsupportedError, UrlError
+from litestereo.host_tools.core.settings import MatcherSettings, Parameter
+from litestereo.host_tools.devices.connect import connect
 from litestereo.sim.models.stereo_bm import stereo_bm
 from support.expected import expected_map
 from support.pairs import generator, textured_pair

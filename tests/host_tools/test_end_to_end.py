@@ -17,16 +17,16 @@ import time
 import numpy as np
 import pytest
 
-from litestereo.host_tools import payloads
-from litestereo.host_tools.device import connect
-from litestereo.host_tools.errors import DeviceError, DeviceRefused, LinkTimeout, SessionLost
-from litestereo.host_tools.link import Link, LinkSettings
-from litestereo.host_tools.payloads import FrameState
-from litestereo.host_tools.protocol import CHUNK_BYTES, ErrorCode, Message, MessageType, Parameter
-from litestereo.host_tools.serial_channel import SerialChannel
-from litestereo.host_tools.serial_framing import Demultiplexer, frame
-from litestereo.host_tools.settings import MatcherSettings
-from litestereo.host_tools.transports.tcp import TcpTransport
+from litestereo.host_tools.core.errors import DeviceError, DeviceRefused, LinkTimeout, SessionLost
+from litestereo.host_tools.core.settings import MatcherSettings, Parameter
+from litestereo.host_tools.devices.connect import connect
+from litestereo.host_tools.link.link import Link, LinkSettings
+from litestereo.host_tools.link.serial_channel import SerialChannel
+from litestereo.host_tools.link.serial_framing import Demultiplexer, frame
+from litestereo.host_tools.link.transports.tcp import TcpTransport
+from litestereo.host_tools.protocol import payloads
+from litestereo.host_tools.protocol.messages import CHUNK_BYTES, ErrorCode, Message, MessageType
+from litestereo.host_tools.protocol.payloads import FrameState
 from support.expected import expected_map
 from support.fault_proxy import Faults, proxied
 from support.native_device import native_device
@@ -211,7 +211,7 @@ def test_replies_lost_entirely_make_the_device_count_repeats():
 KILLED_HOST = textwrap.dedent("""
     import sys, time
     import numpy as np
-    from litestereo.host_tools.device import connect
+    from litestereo.host_tools.devices.connect import connect
     device = connect(sys.argv[1])
     def progress(phase, done, total):
         if done == 5:

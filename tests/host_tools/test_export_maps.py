@@ -9,11 +9,11 @@ import cv2
 import numpy as np
 import pytest
 
-from litestereo.host_tools.device import connect
-from litestereo.host_tools.errors import ImageError, SettingsError
+from litestereo.host_tools.core.errors import ImageError, SettingsError
+from litestereo.host_tools.core.images import disparity_pixels, write_disparity
+from litestereo.host_tools.core.settings import MatcherSettings
+from litestereo.host_tools.devices.connect import connect
 from litestereo.host_tools.export.maps import SearchRange, read_disparity
-from litestereo.host_tools.images import disparity_pixels, write_disparity
-from litestereo.host_tools.settings import MatcherSettings
 from support.pairs import generator, textured_pair
 
 CASES = [(64, 0, 9), (16, 0, 5), (16, 5, 7), (48, 16, 21)]

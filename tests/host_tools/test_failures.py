@@ -11,11 +11,11 @@ import time
 import numpy as np
 import pytest
 
-from litestereo.host_tools.call import LinkSettings
-from litestereo.host_tools.device import connect
-from litestereo.host_tools.errors import DeviceError, DeviceRefused, SessionLost
-from litestereo.host_tools.protocol import ErrorCode
-from litestereo.host_tools.settings import MatcherSettings
+from litestereo.host_tools.core.errors import DeviceError, DeviceRefused, SessionLost
+from litestereo.host_tools.core.settings import MatcherSettings
+from litestereo.host_tools.devices.connect import connect
+from litestereo.host_tools.link.call import LinkSettings
+from litestereo.host_tools.protocol.messages import ErrorCode
 from support.expected import expected_map
 from support.native_device import native_device, native_udp_device
 from support.pairs import generator, textured_pair

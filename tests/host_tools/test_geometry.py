@@ -9,8 +9,8 @@ import cv2
 import numpy as np
 import pytest
 
-from litestereo.host_tools.errors import GeometryError
-from litestereo.host_tools.geometry import StereoGeometry
+from litestereo.host_tools.core.errors import GeometryError
+from litestereo.host_tools.core.geometry import StereoGeometry
 
 GEOMETRY = StereoGeometry(width=64, height=48, focal_px=500.0, baseline_m=0.12, cx_left_px=31.5, cy_px=23.5,
                           cx_right_px=28.25)

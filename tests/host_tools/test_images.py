@@ -11,9 +11,8 @@ import cv2
 import numpy as np
 import pytest
 
-from litestereo.host_tools.errors import ImageError
-from litestereo.host_tools.ground_truth import decode_pfm, read_ground_truth
-from litestereo.host_tools.images import (
+from litestereo.host_tools.core.errors import ImageError
+from litestereo.host_tools.core.images import (
     color_image,
     disparity_pixels,
     encode_pfm,
@@ -21,7 +20,8 @@ from litestereo.host_tools.images import (
     read_grey,
     write_disparity,
 )
-from litestereo.host_tools.settings import MatcherSettings
+from litestereo.host_tools.core.settings import MatcherSettings
+from litestereo.host_tools.data.ground_truth import decode_pfm, read_ground_truth
 from support.data import stereo_folder, stereo_pair
 from support.pairs import generator
 

@@ -9,8 +9,8 @@ import cv2
 import numpy as np
 import pytest
 
-from litestereo.host_tools.calib import read_calib
-from litestereo.host_tools.errors import DatasetError, GeometryError
+from litestereo.host_tools.cameras.calib_txt import read_calib
+from litestereo.host_tools.core.errors import DatasetError, GeometryError
 from litestereo.host_tools.evaluation.layouts import find_samples
 from support import data_sets
 from support.data_sets import HEIGHT, SHIFT, WIDTH

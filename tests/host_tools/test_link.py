@@ -10,13 +10,13 @@ from dataclasses import replace
 
 import pytest
 
-from litestereo.host_tools import payloads
-from litestereo.host_tools.errors import DeviceError, DeviceRefused, LinkTimeout, ProtocolError, SessionLost
-from litestereo.host_tools.link import Link, LinkSettings
-from litestereo.host_tools.pace import Pace
-from litestereo.host_tools.protocol import CHUNK_BYTES, REPLY, ErrorCode, Message, MessageType
-from litestereo.host_tools.serial_channel import SerialChannel
-from litestereo.host_tools.serial_framing import Demultiplexer
+from litestereo.host_tools.core.errors import DeviceError, DeviceRefused, LinkTimeout, ProtocolError, SessionLost
+from litestereo.host_tools.link.link import Link, LinkSettings
+from litestereo.host_tools.link.pace import Pace
+from litestereo.host_tools.link.serial_channel import SerialChannel
+from litestereo.host_tools.link.serial_framing import Demultiplexer
+from litestereo.host_tools.protocol import payloads
+from litestereo.host_tools.protocol.messages import CHUNK_BYTES, REPLY, ErrorCode, Message, MessageType
 from support.pairs import byte_generator
 from support.protocol_vectors import CAPABILITIES, SESSION
 from support.scripted_device import ScriptedTransport, framed

@@ -11,9 +11,9 @@ import cv2
 import numpy as np
 import pytest
 
-from litestereo.host_tools.errors import ImageError, UnsupportedError
+from litestereo.host_tools.core.errors import ImageError, UnsupportedError
+from litestereo.host_tools.core.settings import MatcherSettings
 from litestereo.host_tools.evaluation.matchers import OpenCVMatcher, is_shared, open_matcher, opencv_name
-from litestereo.host_tools.settings import MatcherSettings
 from support.pairs import generator
 
 SETTINGS = MatcherSettings(disparities=16, block_size=9)

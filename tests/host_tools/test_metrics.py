@@ -10,8 +10,8 @@ import math
 import numpy as np
 import pytest
 
-from litestereo.host_tools.errors import ImageError
-from litestereo.host_tools.metrics import rate
+from litestereo.host_tools.core.errors import ImageError
+from litestereo.host_tools.evaluation.quality import rate
 from support.pairs import generator
 
 

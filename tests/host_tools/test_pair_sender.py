@@ -10,14 +10,14 @@ from collections import deque
 import numpy as np
 import pytest
 
-from litestereo.host_tools.call import Call, LinkCounters
-from litestereo.host_tools.devices.frame import Frame
-from litestereo.host_tools.devices.pair_sender import PairSender
-from litestereo.host_tools.devices.route import Route
-from litestereo.host_tools.errors import LinkTimeout
-from litestereo.host_tools.payloads import FrameState, FrameStatus
-from litestereo.host_tools.protocol import NO_OFFSET, Message, MessageType
-from litestereo.host_tools.settings import MatcherSettings
+from litestereo.host_tools.core.errors import LinkTimeout
+from litestereo.host_tools.core.settings import MatcherSettings
+from litestereo.host_tools.devices.udp.frame import Frame
+from litestereo.host_tools.devices.udp.pair_sender import PairSender
+from litestereo.host_tools.devices.udp.route import Route
+from litestereo.host_tools.link.call import Call, LinkCounters
+from litestereo.host_tools.protocol.messages import NO_OFFSET, Message, MessageType
+from litestereo.host_tools.protocol.payloads import FrameState, FrameStatus
 
 WIDTH, HEIGHT = 100, 512
 CHUNKS        = 2*WIDTH*HEIGHT // 1024

@@ -13,11 +13,13 @@ from pathlib import Path
 
 import pytest
 
-from litestereo.host_tools import payloads, protocol
-from litestereo.host_tools.errors import LiteStereoError, ProtocolError, SessionLost
-from litestereo.host_tools.protocol import ErrorCode, Message, MessageType, Parameter
-from litestereo.host_tools.refusals import failed_frame, failed_update, refusal
-from litestereo.host_tools.serial_framing import MAX_ENCODED_BYTES, Demultiplexer, frame
+from litestereo.host_tools.core.errors import LiteStereoError, ProtocolError, SessionLost
+from litestereo.host_tools.core.settings import Parameter
+from litestereo.host_tools.link.serial_framing import MAX_ENCODED_BYTES, Demultiplexer, frame
+from litestereo.host_tools.protocol import messages as protocol
+from litestereo.host_tools.protocol import payloads
+from litestereo.host_tools.protocol.messages import ErrorCode, Message, MessageType
+from litestereo.host_tools.protocol.refusals import failed_frame, failed_update, refusal
 from support.pairs import byte_generator
 from support.protocol_vectors import CAPABILITIES, PROGRESS, STATUS, VECTOR_FILE, vector_text, vectors
 

@@ -17,11 +17,11 @@ import numpy as np
 import pytest
 
 import litestereo.host_tools as api
-from litestereo.host_tools.calibration.rectify import FILES
-from litestereo.host_tools.camera_info import ideal_cameras, write_camera_info
-from litestereo.host_tools.devices import turns
-from litestereo.host_tools.errors import DeviceError
-from litestereo.host_tools.settings import MatcherSettings
+from litestereo.host_tools.cameras.camera_info import ideal_cameras, write_camera_info
+from litestereo.host_tools.cameras.rectify import FILES
+from litestereo.host_tools.core.errors import DeviceError
+from litestereo.host_tools.core.settings import MatcherSettings
+from litestereo.host_tools.devices import lock as turns
 from support.expected import expected_map
 from support.native_device import native_device, native_udp_device
 from support.pairs import generator, textured_pair

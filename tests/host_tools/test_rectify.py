@@ -8,11 +8,11 @@
 import numpy as np
 import pytest
 
-from litestereo.host_tools.calibration.rectify import Rectifier
-from litestereo.host_tools.camera_info import ideal_cameras
-from litestereo.host_tools.errors import GeometryError, ImageError
-from litestereo.host_tools.geometry import StereoGeometry
-from litestereo.host_tools.settings import MatcherSettings
+from litestereo.host_tools.cameras.camera_info import ideal_cameras
+from litestereo.host_tools.cameras.rectify import Rectifier
+from litestereo.host_tools.core.errors import GeometryError, ImageError
+from litestereo.host_tools.core.geometry import StereoGeometry
+from litestereo.host_tools.core.settings import MatcherSettings
 from support.pairs import generator
 
 IDEAL = StereoGeometry(width=100, height=60, focal_px=90.0, baseline_m=0.1, cx_left_px=50.0, cy_px=30.0,

@@ -7,8 +7,8 @@
 
 import pytest
 
-from litestereo.host_tools.protocol import Message, MessageType
-from litestereo.host_tools.serial_framing import FRAME_TIMEOUT_S, Demultiplexer, frame
+from litestereo.host_tools.link.serial_framing import FRAME_TIMEOUT_S, Demultiplexer, frame
+from litestereo.host_tools.protocol.messages import Message, MessageType
 from support.pairs import byte_generator
 
 

@@ -9,9 +9,9 @@ import cv2
 import numpy as np
 import pytest
 
-from litestereo.host_tools.device import connect
-from litestereo.host_tools.errors import LiteStereoError, SettingsError, UnsupportedError
-from litestereo.host_tools.stereo_bm import PREFILTER_NORMALIZED_RESPONSE, StereoBM, StereoBM_create
+from litestereo.host_tools.core.errors import LiteStereoError, SettingsError, UnsupportedError
+from litestereo.host_tools.devices.connect import connect
+from litestereo.host_tools.devices.stereo_bm import PREFILTER_NORMALIZED_RESPONSE, StereoBM, StereoBM_create
 from support.drawn import drawn_settings
 from support.opencv import defined_region
 from support.pairs import generator, textured_pair

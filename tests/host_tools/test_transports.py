@@ -14,11 +14,11 @@ import tty
 import pytest
 import serial
 
-from litestereo.host_tools.errors import DeviceError, UrlError
-from litestereo.host_tools.transports import open_transport
-from litestereo.host_tools.transports.serial_port import SerialTransport
-from litestereo.host_tools.transports.tcp import TcpTransport
-from litestereo.host_tools.urls import EXAMPLES, parse_url
+from litestereo.host_tools.core.errors import DeviceError, UrlError
+from litestereo.host_tools.link.transports import open_transport
+from litestereo.host_tools.link.transports.serial_port import SerialTransport
+from litestereo.host_tools.link.transports.tcp import TcpTransport
+from litestereo.host_tools.link.urls import EXAMPLES, parse_url
 
 
 @pytest.mark.parametrize("text", EXAMPLES.values())

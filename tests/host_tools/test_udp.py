@@ -14,10 +14,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from litestereo.host_tools import round_trip
-from litestereo.host_tools.call import LinkSettings
-from litestereo.host_tools.device import connect
-from litestereo.host_tools.errors import (
+from litestereo.host_tools.core.errors import (
     DeviceError,
     DeviceRefused,
     ImageError,
@@ -25,8 +22,11 @@ from litestereo.host_tools.errors import (
     ProtocolError,
     SessionLost,
 )
-from litestereo.host_tools.protocol import CHUNK_BYTES, MessageType
-from litestereo.host_tools.settings import MatcherSettings
+from litestereo.host_tools.core.settings import MatcherSettings
+from litestereo.host_tools.devices.connect import connect
+from litestereo.host_tools.link import round_trip
+from litestereo.host_tools.link.call import LinkSettings
+from litestereo.host_tools.protocol.messages import CHUNK_BYTES, MessageType
 from support import udp_device as udp_device_module
 from support.pairs import byte_generator, generator, textured_pair
 from support.udp_device import made_up_map, udp_device

@@ -14,17 +14,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from litestereo.host_tools import payloads, round_trip
-from litestereo.host_tools.call import LinkSettings
-from litestereo.host_tools.device import connect
-from litestereo.host_tools.devices.route import Lulls
-from litestereo.host_tools.devices.upload_window import UploadWindow
-from litestereo.host_tools.errors import DeviceError, LinkTimeout, ProtocolError
-from litestereo.host_tools.link import Link
-from litestereo.host_tools.protocol import MAX_MESSAGE_BYTES, REPLY, Message, MessageType, pack_header
-from litestereo.host_tools.round_trip import RoundTrip
-from litestereo.host_tools.settings import MatcherSettings
-from litestereo.host_tools.udp_channel import UdpChannel
+from litestereo.host_tools.core.errors import DeviceError, LinkTimeout, ProtocolError
+from litestereo.host_tools.core.settings import MatcherSettings
+from litestereo.host_tools.devices.connect import connect
+from litestereo.host_tools.devices.udp.route import Lulls
+from litestereo.host_tools.devices.udp.upload_window import UploadWindow
+from litestereo.host_tools.link import round_trip
+from litestereo.host_tools.link.call import LinkSettings
+from litestereo.host_tools.link.link import Link
+from litestereo.host_tools.link.round_trip import RoundTrip
+from litestereo.host_tools.link.udp_channel import UdpChannel
+from litestereo.host_tools.protocol import payloads
+from litestereo.host_tools.protocol.messages import MAX_MESSAGE_BYTES, REPLY, Message, MessageType, pack_header
 from support.pairs import byte_generator
 from support.protocol_vectors import CAPABILITIES
 from support.udp_device import udp_device

@@ -11,11 +11,11 @@ import threading
 import numpy as np
 import pytest
 
-from litestereo.host_tools import round_trip
-from litestereo.host_tools.call import LinkSettings
-from litestereo.host_tools.device import connect
-from litestereo.host_tools.errors import DeviceError
-from litestereo.host_tools.settings import MatcherSettings
+from litestereo.host_tools.core.errors import DeviceError
+from litestereo.host_tools.core.settings import MatcherSettings
+from litestereo.host_tools.devices.connect import connect
+from litestereo.host_tools.link import round_trip
+from litestereo.host_tools.link.call import LinkSettings
 from support.expected import expected_map
 from support.native_device import native_ports, native_udp_device
 from support.pairs import byte_generator, generator, textured_pair

@@ -13,14 +13,14 @@ import random
 import numpy as np
 import pytest
 
-from litestereo.host_tools import payloads
-from litestereo.host_tools.call import LinkSettings
-from litestereo.host_tools.device import connect
-from litestereo.host_tools.errors import DeviceError, DeviceRefused, FirmwareError, UnsupportedError
-from litestereo.host_tools.firmware_image import read_firmware
-from litestereo.host_tools.payloads import UpdateProgress, UpdateState
-from litestereo.host_tools.protocol import ErrorCode, MessageType
-from litestereo.host_tools.settings import MatcherSettings
+from litestereo.host_tools.core.errors import DeviceError, DeviceRefused, FirmwareError, UnsupportedError
+from litestereo.host_tools.core.settings import MatcherSettings
+from litestereo.host_tools.devices.connect import connect
+from litestereo.host_tools.devices.firmware_image import read_firmware
+from litestereo.host_tools.link.call import LinkSettings
+from litestereo.host_tools.protocol import payloads
+from litestereo.host_tools.protocol.messages import ErrorCode, MessageType
+from litestereo.host_tools.protocol.payloads import UpdateProgress, UpdateState
 from support.command import one_line, run
 from support.expected import expected_map
 from support.fault_proxy import Faults, proxied

@@ -16,11 +16,11 @@ import cv2
 import numpy as np
 import pytest
 
-from litestereo.host_tools.calibration.rectify import FILES
-from litestereo.host_tools.camera_info import ideal_cameras, write_camera_info
-from litestereo.host_tools.geometry import StereoGeometry
-from litestereo.host_tools.images import color_image
-from litestereo.host_tools.settings import MatcherSettings
+from litestereo.host_tools.cameras.camera_info import ideal_cameras, write_camera_info
+from litestereo.host_tools.cameras.rectify import FILES
+from litestereo.host_tools.core.geometry import StereoGeometry
+from litestereo.host_tools.core.images import color_image
+from litestereo.host_tools.core.settings import MatcherSettings
 from support.command import one_line, run
 from support.expected import expected_map
 from support.interruptible import interruptible

@@ -14,8 +14,8 @@ import time
 import numpy as np
 import pytest
 
-from litestereo.host_tools.device import connect
-from litestereo.host_tools.settings import MatcherSettings
+from litestereo.host_tools.core.settings import MatcherSettings
+from litestereo.host_tools.devices.connect import connect
 from litestereo.sim.system.build import build_firmware, build_soc
 from litestereo.sim.system.simulation import start_simulation
 from litestereo.soc.boards import BOARDS, soc_class

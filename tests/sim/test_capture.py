@@ -11,7 +11,7 @@ import struct
 
 import pytest
 
-from litestereo.host_tools.protocol import Message, MessageType
+from litestereo.host_tools.protocol.messages import Message, MessageType
 from litestereo.sim.system.capture import Captured, read_capture
 from support.ethernet_frames import BROADCAST, DEVICE, HOST, arp, datagram, ethernet, ip_packet, udp_packet
 

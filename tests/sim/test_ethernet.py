@@ -21,11 +21,11 @@ import time
 import numpy as np
 import pytest
 
-from litestereo.host_tools.call import LinkSettings
-from litestereo.host_tools.device import connect
-from litestereo.host_tools.errors import DeviceError, SessionLost
-from litestereo.host_tools.protocol import CHUNK_BYTES, Message, MessageType
-from litestereo.host_tools.settings import MatcherSettings
+from litestereo.host_tools.core.errors import DeviceError, SessionLost
+from litestereo.host_tools.core.settings import MatcherSettings
+from litestereo.host_tools.devices.connect import connect
+from litestereo.host_tools.link.call import LinkSettings
+from litestereo.host_tools.protocol.messages import CHUNK_BYTES, Message, MessageType
 from litestereo.sim.system.build import SimulationError
 from litestereo.sim.system.simulation import SYS_CLK_HZ, start_simulation
 from support.checked import check_small_frame, check_stream
@@ -234,8 +234,8 @@ def test_second_host_waits(device, url):
 HOST = """
 import sys
 import numpy as np
-from litestereo.host_tools.device import connect
-from litestereo.host_tools.errors import DeviceError
+from litestereo.host_tools.devices.connect import connect
+from litestereo.host_tools.core.errors import DeviceError
 image = np.zeros((400, 640), np.uint8)
 try:
     with connect(sys.argv[1]) as device:

@@ -10,8 +10,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from litestereo.host_tools.device import connect
-from litestereo.host_tools.settings import MatcherSettings
+from litestereo.host_tools.core.settings import MatcherSettings
+from litestereo.host_tools.devices.connect import connect
 from litestereo.sim.bench.clocks import measure
 from litestereo.sim.system.simulation import SYS_CLK_HZ, start_simulation
 from support.expected import expected_map

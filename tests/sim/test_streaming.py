@@ -12,9 +12,9 @@ import dataclasses
 import numpy as np
 import pytest
 
-from litestereo.host_tools.device import connect
-from litestereo.host_tools.protocol import CHUNK_BYTES
-from litestereo.host_tools.settings import MatcherSettings
+from litestereo.host_tools.core.settings import MatcherSettings
+from litestereo.host_tools.devices.connect import connect
+from litestereo.host_tools.protocol.messages import CHUNK_BYTES
 from litestereo.sim.system.simulation import start_simulation
 from support.checked import check_small_frame
 from support.drawn import any_settings

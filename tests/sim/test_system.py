@@ -18,8 +18,8 @@ import time
 
 import pytest
 
-from litestereo.host_tools.device import connect
-from litestereo.host_tools.settings import MatcherSettings
+from litestereo.host_tools.core.settings import MatcherSettings
+from litestereo.host_tools.devices.connect import connect
 from litestereo.sim.bench.clocks import measure
 from litestereo.sim.system.build import SimulationError
 from litestereo.sim.system.simulation import start_simulation
@@ -100,7 +100,7 @@ def test_settings_and_sizes(url):
 UPLOAD_FOREVER = """
 import sys
 import numpy as np
-from litestereo.host_tools.device import connect
+from litestereo.host_tools.devices.connect import connect
 image = np.zeros((200, 320), np.uint8)
 with connect(sys.argv[1]) as device:
     device.compute(image, image, progress=lambda phase, done, total: print(phase, done, flush=True))

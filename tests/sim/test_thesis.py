@@ -18,8 +18,8 @@ import pytest
 from litestereo.gateware.common.parameters import MatcherParameters
 from litestereo.gateware.engines.sad.block_sum import BlockSum
 from litestereo.gateware.post.selection.winner import Winner
-from litestereo.host_tools.datasets import StereoPair
-from litestereo.host_tools.errors import DatasetError
+from litestereo.host_tools.core.errors import DatasetError
+from litestereo.host_tools.data.datasets import StereoPair
 from litestereo.sim.models.stereo_bm import stereo_bm
 from litestereo.sim.thesis import __main__ as command
 from litestereo.sim.thesis import clocks, middlebury, overflow, page, serial, structure

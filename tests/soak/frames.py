@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from litestereo.host_tools.core.settings import MatcherSettings
 from litestereo.host_tools.devices.base import Pair
-from litestereo.host_tools.settings import MatcherSettings
 from support.expected import expected_map
 from support.pairs import textured_pair
 

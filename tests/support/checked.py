@@ -11,10 +11,10 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from litestereo.host_tools.call import LinkSettings
-from litestereo.host_tools.device import Device, connect
+from litestereo.host_tools.core.settings import MatcherSettings
 from litestereo.host_tools.devices.base import Pair
-from litestereo.host_tools.settings import MatcherSettings
+from litestereo.host_tools.devices.connect import Device, connect
+from litestereo.host_tools.link.call import LinkSettings
 
 from .expected import expected_map
 from .pairs import SEED, textured_pair

@@ -15,10 +15,10 @@ from pathlib import Path
 
 import pytest
 
-from litestereo.host_tools.datasets import StereoPair, load_motorcycle
-from litestereo.host_tools.errors import DatasetError
-from litestereo.host_tools.ground_truth import read_ground_truth
-from litestereo.host_tools.images import read_grey
+from litestereo.host_tools.core.errors import DatasetError
+from litestereo.host_tools.core.images import read_grey
+from litestereo.host_tools.data.datasets import StereoPair, load_motorcycle
+from litestereo.host_tools.data.ground_truth import read_ground_truth
 from litestereo.soc.build.paths import build_directory
 
 #: Folder with one folder per pair: left.png, right.png, and the truth times 256 in disp_left_u16.png.

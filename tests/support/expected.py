@@ -12,7 +12,7 @@ import dataclasses
 import numpy as np
 from numpy.typing import NDArray
 
-from litestereo.host_tools.settings import MatcherSettings
+from litestereo.host_tools.core.settings import MatcherSettings
 from litestereo.sim.models.stereo_bm import StereoSettings, stereo_bm
 
 

@@ -18,7 +18,7 @@ from migen import Cat, Signal
 
 from litestereo.gateware.link.message import TYPE_PAIRS
 from litestereo.gateware.peripherals.frame_link import FrameLink
-from litestereo.host_tools.protocol import CHUNK_BYTES, Message, MessageType
+from litestereo.host_tools.protocol.messages import CHUNK_BYTES, Message, MessageType
 from litestereo.sim.cores.stream_core import StreamCore
 from litestereo.soc.parts.wide_ram import WideRAM
 

@@ -15,9 +15,10 @@ import random
 from collections.abc import Iterator
 from pathlib import Path
 
-from litestereo.host_tools import payloads
-from litestereo.host_tools.protocol import CHUNK_BYTES, ErrorCode, Message, MessageType, Parameter
-from litestereo.host_tools.serial_framing import frame
+from litestereo.host_tools.core.settings import Parameter
+from litestereo.host_tools.link.serial_framing import frame
+from litestereo.host_tools.protocol import payloads
+from litestereo.host_tools.protocol.messages import CHUNK_BYTES, ErrorCode, Message, MessageType
 
 VECTOR_FILE = Path(__file__).parents[1] / "vectors" / "protocol.txt"
 

@@ -13,8 +13,8 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 
-from litestereo.host_tools.protocol import Message
-from litestereo.host_tools.serial_framing import Demultiplexer, frame
+from litestereo.host_tools.link.serial_framing import Demultiplexer, frame
+from litestereo.host_tools.protocol.messages import Message
 
 #: What a scripted device does with a request: returns the bytes that it sends.
 Script = Callable[[Message], bytes]

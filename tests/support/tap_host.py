@@ -18,7 +18,7 @@ import struct
 import sys
 from pathlib import Path
 
-from litestereo.host_tools.protocol import UDP_PORT, Message, MessageType
+from litestereo.host_tools.protocol.messages import UDP_PORT, Message, MessageType
 from litestereo.sim.system.simulation import start_simulation
 
 ADDRESS = "192.168.1.50"

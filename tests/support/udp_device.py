@@ -19,11 +19,11 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from litestereo.host_tools import payloads
-from litestereo.host_tools.errors import ProtocolError
-from litestereo.host_tools.payloads import FrameState
-from litestereo.host_tools.protocol import CHUNK_BYTES, REPLY, ErrorCode, Message, MessageType, Parameter
-from litestereo.host_tools.settings import MatcherSettings
+from litestereo.host_tools.core.errors import ProtocolError
+from litestereo.host_tools.core.settings import MatcherSettings, Parameter
+from litestereo.host_tools.protocol import payloads
+from litestereo.host_tools.protocol.messages import CHUNK_BYTES, REPLY, ErrorCode, Message, MessageType
+from litestereo.host_tools.protocol.payloads import FrameState
 
 from .protocol_vectors import CAPABILITIES
 from .udp_faults import HOLD_S, Faults

@@ -1,0 +1,166 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""Boards that a pair of cameras is calibrated with: a chessboard, or one with markers (ChArUco)."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import Protocol
+
+import cv2
+import numpy as np
+from cv2.typing import MatLike
+from numpy.typing import NDArray
+
+from ..core.errors import UsageError
+
+#: Kinds of boards by their names on the command line.
+KINDS = ("chessboard", "charuco")
+
+#: A square is not larger than this: who gives millimetres is told so. In metres.
+_MAX_SQUARE_M = 1.0
+
+#: Half the window that a corner is found in more exactly, in pixels, and when to stop.
+_LEAST_REACH_PX = 2
+_MOST_REACH_PX  = 8
+_CRITERIA       = (cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, 40, 1e-3)
+
+#: Fewer corners of a board with markers do not say well where it is.
+_MIN_CORNERS = 6
+
+
+@dataclass(frozen=True, eq=False)
+class Corners:
+    """Corners of a board in an image: numbers (int32, N) and places (float32, N x 2, pixels)."""
+
+    ids:    NDArray[np.int32]
+    pixels: NDArray[np.float32]
+
+
+class Board(Protocol):
+    """A board whose corners lie in one plane."""
+
+    @property
+    def points_m(self) -> NDArray[np.float32]:
+        """Places of the corners on the board by their numbers: float32, N x 3, in metres, z is 0."""
+
+    @property
+    def hint(self) -> str:
+        """What to look at when the board is found nowhere."""
+
+    def find(self, image: NDArray[np.uint8]) -> Corners | None:
+        """Corners in a grey image (uint8, H x W); None if the board is not there."""
+
+
+def _grid_m(columns: int, rows: int, square_m: float) -> NDArray[np.float32]:
+    """Places of inner corners, row after row."""
+    points = np.zeros((rows*columns, 3), np.float32)
+    points[:, :2] = np.mgrid[0:columns, 0:rows].T.reshape(-1, 2)*square_m
+    return points
+
+
+class Chessboard:
+    """A chessboard of `columns` x `rows` inner corners, `square_m` metres apart; all of it must be seen."""
+
+    def __init__(self, columns: int, rows: int, square_m: float) -> None:
+        self._size = (columns, rows)
+        self._grid = _grid_m(columns, rows, square_m)
+
+    @property
+    def points_m(self) -> NDArray[np.float32]:
+        """See `Board`."""
+        return self._grid
+
+    @property
+    def hint(self) -> str:
+        """See `Board`."""
+        return f"{self._size[0]}x{self._size[1]} counts inner corners, one less than squares each way"
+
+    def find(self, image: NDArray[np.uint8]) -> Corners | None:
+        """See `Board`."""
+        found, pixels = cv2.findChessboardCornersSB(
+            image, self._size, flags=cv2.CALIB_CB_NORMALIZE_IMAGE | cv2.CALIB_CB_EXHAUSTIVE | cv2.CALIB_CB_ACCURACY)
+        if not found:
+            return None
+        return Corners(np.arange(len(self._grid), dtype=np.int32), self._refined(image, pixels))
+
+    def _refined(self, image: NDArray[np.uint8], pixels: MatLike) -> NDArray[np.float32]:
+        """Corners to a fraction of a pixel, by windows that reach a third of the way to the next corner."""
+        rows    = np.asarray(pixels, np.float32).reshape(self._size[1], self._size[0], 2)
+        spacing = min(float(np.linalg.norm(np.diff(rows, axis=axis), axis=2).min()) for axis in (0, 1))
+        reach   = max(_LEAST_REACH_PX, min(_MOST_REACH_PX, int(spacing/3)))
+        moved   = cv2.cornerSubPix(image, rows.reshape(-1, 1, 2), (reach, reach), (-1, -1), _CRITERIA)
+        return np.asarray(moved, np.float32).reshape(-1, 2)
+
+
+class Charuco:
+    """A ChArUco board of `columns` x `rows` squares with markers in them; a part of it is enough.
+
+    `square_m` and `marker_m` are sides in metres, `dictionary` names the markers as OpenCV does, "4X4_50" for one.
+    """
+
+    def __init__(self, columns: int, rows: int, square_m: float, marker_m: float, dictionary: str) -> None:
+        markers        = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, f"DICT_{dictionary}"))
+        self._board    = cv2.aruco.CharucoBoard((columns, rows), square_m, marker_m, markers)
+        self._detector = cv2.aruco.CharucoDetector(self._board)
+        self._name     = f"{columns}x{rows}"
+
+    @property
+    def points_m(self) -> NDArray[np.float32]:
+        """See `Board`."""
+        return np.asarray(self._board.getChessboardCorners(), np.float32)
+
+    @property
+    def hint(self) -> str:
+        """See `Board`."""
+        return f"{self._name} counts squares, and --dictionary must be that of the printed markers"
+
+    def find(self, image: NDArray[np.uint8]) -> Corners | None:
+        """See `Board`."""
+        pixels, ids, _, _ = self._detector.detectBoard(image)
+        if ids is None or len(ids) < _MIN_CORNERS:
+            return None
+        return Corners(np.asarray(ids, np.int32).reshape(-1), np.asarray(pixels, np.float32).reshape(-1, 2))
+
+
+def make_board(kind: str, size: str, square_m: float, marker_m: float | None = None,
+               dictionary: str = "4X4_50") -> Board:
+    """A board by its description.
+
+    Parameters
+    ----------
+    kind
+        "chessboard" or "charuco".
+    size
+        "9x6": inner corners of a chessboard, squares of a ChArUco board.
+    square_m, marker_m
+        Side of a square, and of a marker, in metres; a marker is 0.75 of a square unless told.
+    dictionary
+        Markers of a ChArUco board, as OpenCV names them.
+
+    Raises
+    ------
+    UsageError
+        There is no such board.
+    """
+    if kind not in KINDS:
+        raise UsageError(f"the pattern must be one of {', '.join(KINDS)}, not '{kind}'")
+    numbers = re.fullmatch(r"(\d{1,3})x(\d{1,3})", size)
+    if numbers is None or min(map(int, numbers.groups())) < 3:
+        raise UsageError(f"the size of the pattern must be like 9x6, at least 3 each way, not '{size}'")
+    columns, rows = map(int, numbers.groups())
+    if not 0 < square_m <= _MAX_SQUARE_M:
+        raise UsageError(f"a square must be above 0 and at most {_MAX_SQUARE_M:g} metres, not {square_m:g}: "
+                         "25 mm are 0.025")
+    if kind == "chessboard":
+        return Chessboard(columns, rows, square_m)
+    marker_m = 0.75*square_m if marker_m is None else marker_m
+    if not 0 < marker_m < square_m:
+        raise UsageError(f"a marker must be smaller than its square of {square_m:g} metres, not {marker_m:g}")
+    if not hasattr(cv2.aruco, f"DICT_{dictionary}"):
+        raise UsageError(f"there are no markers named '{dictionary}': 4X4_50, 5X5_100 and 6X6_250 are usual")
+    return Charuco(columns, rows, square_m, marker_m, dictionary)

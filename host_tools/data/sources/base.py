@@ -1,0 +1,90 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""What every source of pairs can do."""
+
+from __future__ import annotations
+
+import abc
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from types import TracebackType
+from typing import Self
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from ...core.errors import ImageError
+from ...devices.base import Pair, check_pair
+
+
+@dataclass(frozen=True, eq=False)
+class Shot:
+    """A pair of images (uint8, H x W) with its name, and when it was taken, by this host's `time.monotonic`."""
+
+    name:       str
+    left:       NDArray[np.uint8]
+    right:      NDArray[np.uint8]
+    taken_at_s: float = field(default_factory=time.monotonic)
+
+    @property
+    def pair(self) -> Pair:
+        """Both images."""
+        return self.left, self.right
+
+
+class Source(abc.ABC):
+    """Pairs of grey images one after the other. Use it as a context manager, or `close` it.
+
+    `length` is the number of pairs, None if nobody knows.
+    """
+
+    length: int | None = None
+
+    @abc.abstractmethod
+    def __iter__(self) -> Iterator[Shot]:
+        """The pairs; each is taken when it is asked for.
+
+        Raises
+        ------
+        ImageError
+            A file is damaged, images of a pair differ in size, or a camera gives no more.
+        """
+
+    def close(self) -> None:  # noqa: B027 - sources that hold nothing need none
+        """Lets go of files and cameras; closing twice does no harm."""
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
+                 trace: TracebackType | None) -> None:
+        self.close()
+
+
+def grey(frame: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """A frame of a video (uint8, H x W x 3 or H x W) as luma: uint8, H x W."""
+    if frame.ndim == 3 and frame.shape[2] == 1:
+        frame = frame[:, :, 0]
+    return frame if frame.ndim == 2 else np.asarray(cv2.cvtColor(frame, cv2.COLOR_BGR2GRAY), np.uint8)
+
+
+def halves(frame: NDArray[np.uint8], name: str) -> Pair:
+    """Left and right half of a grey frame that holds both images; raises ImageError if its width is odd."""
+    width = frame.shape[1]
+    if width % 2:
+        raise ImageError(f"{name}: frames {width} pixels wide are no two images side by side")
+    return np.ascontiguousarray(frame[:, :width//2]), np.ascontiguousarray(frame[:, width//2:])
+
+
+def shot(name: str, pair: Pair, taken_at_s: float | None = None) -> Shot:
+    """A checked pair; raises ImageError, with its name, if the images differ in size."""
+    try:
+        check_pair(*pair)
+    except ImageError as error:
+        raise ImageError(f"{name}: {error}") from None
+    return Shot(name, *pair) if taken_at_s is None else Shot(name, *pair, taken_at_s)

@@ -1,0 +1,79 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""Sources by what they are called on the command line."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from ...core.errors import ImageError, UsageError
+from .base import Source
+from .files import FileSource, PairFiles, pair_files, pair_files_of_one
+from .video import VideoSource
+
+_CAMERA = "camera:"
+
+#: Endings of image files are told from those of videos by this; in small letters.
+_VIDEOS = (".avi", ".mp4", ".mkv", ".mov", ".m4v", ".webm", ".mpg", ".mpeg", ".mjpeg", ".ts")
+
+#: Sources as they are written, and what they are.
+EXAMPLES = {
+    "left/ right/":       "two folders, whose files pair up by their names",
+    "pairs/":             "a folder with left/ and right/, or with left and right in its files' names",
+    "left.png right.png": "one pair of images",
+    "left.avi right.avi": "two videos",
+    "both.avi":           "a video with both images side by side",
+    "camera:0 camera:1":  "two cameras, by OpenCV's numbers",
+    "camera:0":           "a camera with both images side by side",
+}
+
+
+def open_source(names: list[str]) -> Source:
+    """The source called `names`, one or two of them; see `EXAMPLES`.
+
+    Raises
+    ------
+    UsageError
+        The names do not go together, or a camera's number is none.
+    ImageError
+        There is nothing at one of them, or it cannot be read.
+    """
+    if not 1 <= len(names) <= 2:
+        raise UsageError(f"a source has one or two names, not {len(names)}")
+    places = [_place(name) for name in names]
+    paths  = [place for place in places if isinstance(place, Path)]
+    for path in paths:
+        if not path.exists():
+            raise ImageError(f"{path}: there is no such file or folder")
+    kinds = {_kind(place) for place in places}
+    if len(kinds) > 1:
+        raise UsageError(f"{names[0]} is {_kind(places[0])}, {names[1]} {_kind(places[1])}: a source is of one kind")
+    kind = kinds.pop()
+    if kind == "a folder":
+        return FileSource(pair_files(*paths) if len(paths) == 2 else pair_files_of_one(paths[0]))
+    if kind == "an image":
+        if len(paths) == 1:
+            raise UsageError(f"{paths[0]} is one image, its right one is missing")
+        return FileSource([PairFiles(paths[0].stem, *paths)])
+    return VideoSource(places)
+
+
+def _place(name: str) -> Path | int:
+    """A file or folder, or the number of a camera; raises UsageError if that is no number."""
+    if not name.startswith(_CAMERA):
+        return Path(name)
+    number = name.removeprefix(_CAMERA)
+    if not number.isdecimal():
+        raise UsageError(f"a camera is named by OpenCV's number for it, as {_CAMERA}0, not '{name}'")
+    return int(number)
+
+
+def _kind(place: Path | int) -> str:
+    if isinstance(place, int):
+        return "a camera"
+    if place.is_dir():
+        return "a folder"
+    return "a video" if place.suffix.lower() in _VIDEOS else "an image"

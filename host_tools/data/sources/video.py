@@ -1,0 +1,104 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""Pairs from video files and cameras, by OpenCV."""
+
+from __future__ import annotations
+
+import contextlib
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from ...core.errors import ImageError
+from ...core.images import quiet_stderr
+from .base import Shot, Source, grey, halves, shot
+
+#: A camera that keeps no queue gives the newest frame.
+_CAMERA_BUFFERS = 1
+
+
+class VideoSource(Source):
+    """Pairs from one video that shows both images side by side, or from one for each camera.
+
+    Parameters
+    ----------
+    inputs
+        Files, or numbers of cameras as OpenCV counts them; one with both images, or left and right.
+
+    Raises
+    ------
+    ImageError
+        One cannot be opened.
+    """
+
+    def __init__(self, inputs: list[Path | int]) -> None:
+        self._inputs   = inputs
+        self._captures = [cv2.VideoCapture() for _ in inputs]
+        try:
+            for place, capture in zip(inputs, self._captures, strict=True):
+                _open(capture, place)
+        except BaseException:
+            self.close()
+            raise
+        self.live   = any(isinstance(place, int) for place in inputs)
+        self.length = None if self.live else self._frames()
+
+    def _frames(self) -> int | None:
+        """Number of frames that the files say they have, None if they do not."""
+        counts = [int(capture.get(cv2.CAP_PROP_FRAME_COUNT)) for capture in self._captures]
+        return min(counts) if min(counts) > 0 else None
+
+    def __iter__(self) -> Iterator[Shot]:
+        number = 0
+        while (frames := self._take()) is not None:
+            images, taken_at_s = frames
+            name               = f"{number:06}"
+            pair               = halves(images[0], name_of(self._inputs[0])) if len(images) == 1 else images
+            yield shot(name, (pair[0], pair[1]), taken_at_s)
+            number += 1
+        if not number:
+            raise ImageError(f"{name_of(self._inputs[0])}: has no frames that can be read")
+
+    def _take(self) -> tuple[list[NDArray[np.uint8]], float] | None:
+        """The next frame of each, and when they were taken; None at the end."""
+        # All are grabbed before any is decoded, so that both cameras' frames are of one moment.
+        with quiet_stderr():
+            grabbed = [capture.grab() for capture in self._captures]
+            at_s    = time.monotonic()
+            frames  = [capture.retrieve() for capture in self._captures] if all(grabbed) else []
+        if not frames or not all(good for good, _ in frames):
+            if self.live:
+                raise ImageError(f"{name_of(self._inputs[grabbed.index(False) if False in grabbed else 0])}: gives no "
+                                 "more frames, is it still plugged in?")
+            return None
+        return [grey(np.asarray(frame, np.uint8)) for _, frame in frames], at_s
+
+    def close(self) -> None:
+        """Lets go of the files and cameras."""
+        for capture in self._captures:
+            capture.release()
+
+
+def name_of(place: Path | int) -> str:
+    """An input as it is named on the command line."""
+    return f"camera:{place}" if isinstance(place, int) else str(place)
+
+
+def _open(capture: cv2.VideoCapture, place: Path | int) -> None:
+    """Opens a capture; raises ImageError if that cannot be."""
+    opened = False
+    with quiet_stderr(), contextlib.suppress(cv2.error):
+        opened = capture.open(place if isinstance(place, int) else str(place))
+    if not opened and isinstance(place, int):
+        raise ImageError(f"camera:{place}: cannot be opened: is it plugged in, and used by nobody else?")
+    if not opened:
+        raise ImageError(f"{place}: is not a video that OpenCV can read")
+    if isinstance(place, int):
+        capture.set(cv2.CAP_PROP_BUFFERSIZE, _CAMERA_BUFFERS)

@@ -1,0 +1,64 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""Serial transport: a UART behind a tty."""
+
+from __future__ import annotations
+
+import errno
+
+import serial
+
+from ...core.errors import DeviceError, LinkTimeout
+
+DEFAULT_BAUD = 1_000_000
+
+_WRITE_TIMEOUT_S = 15.0
+_REASONS = {
+    errno.ENOENT: "there is no such port: is the device plugged in?",
+    errno.EACCES: "access is denied: your user needs permission for the port",
+    errno.EBUSY:  "the port is busy: close the other program that uses it",
+    errno.EAGAIN: "the port is busy: close the other program that uses it",
+}
+
+
+class SerialTransport:
+    """The tty `path` at `baud` bits per second, 8N1; raises DeviceError if it cannot be opened."""
+
+    def __init__(self, path: str, baud: int) -> None:
+        self._path = path
+        try:
+            self._port = serial.Serial(path, baud, write_timeout=_WRITE_TIMEOUT_S, exclusive=True)
+        except serial.SerialException as error:
+            reason = _REASONS.get(error.errno or 0, f"it is no serial port that runs at {baud} baud")
+            raise DeviceError(f"cannot open {path}: {reason}") from None
+        except (OSError, ValueError) as error:
+            raise DeviceError(f"cannot open {path} at {baud} baud: {error}") from None
+
+    def write(self, data: bytes) -> None:
+        """Sends all of `data`; raises DeviceError if the port is gone or takes nothing any more."""
+        try:
+            self._port.write(data)
+        except serial.SerialTimeoutException:
+            raise LinkTimeout(f"{self._path} took no data for {_WRITE_TIMEOUT_S:g} s: restart the device"
+                              ) from None
+        except (OSError, serial.SerialException):
+            raise self._lost() from None
+
+    def read(self, timeout_s: float) -> bytes:
+        """Bytes that have arrived within `timeout_s`; raises DeviceError if the port is gone."""
+        try:
+            self._port.timeout = timeout_s
+            first = self._port.read(1)
+            return bytes(first + self._port.read(self._port.in_waiting)) if first else b""
+        except (OSError, serial.SerialException):
+            raise self._lost() from None
+
+    def _lost(self) -> DeviceError:
+        return DeviceError(f"{self._path} is gone: is the device unplugged, or does another program use it?")
+
+    def close(self) -> None:
+        """Closes the port."""
+        self._port.close()

@@ -1,0 +1,96 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""Device URLs: where a device is, in one word of a command line."""
+
+from __future__ import annotations
+
+import urllib.parse
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from ..core.errors import UrlError
+from ..protocol.messages import UDP_PORT
+
+#: An example of each kind of device URL, for messages and help.
+EXAMPLES = {
+    "udp":    "udp://192.168.1.50",
+    "tcp":    "tcp://127.0.0.1:2000",
+    "serial": "serial:/dev/ttyUSB0?baud=1000000",
+    "sim":    "sim:?ram=sdram",
+    "cosim":  "cosim:?disparities=64",
+    "model":  "model:",
+}
+
+
+@dataclass(frozen=True)
+class DeviceUrl:
+    """A device URL in parts: `host` and `port` of udp and tcp, `path` of serial, `options` from the query."""
+
+    text:    str
+    scheme:  str
+    host:    str = ""
+    port:    int = 0
+    path:    str = ""
+    options: Mapping[str, str] = field(default_factory=dict)
+
+    def check_options(self, *names: str) -> None:
+        """Raises UrlError if there is an option that is not one of `names`."""
+        for name in self.options:
+            if name not in names:
+                known = f"the options are {', '.join(names)}" if names else f"{self.scheme}: takes none"
+                raise UrlError(f"{self.text}: unknown option '{name}', {known}")
+
+    def choice(self, name: str, default: str, *others: str) -> str:
+        """Value of an option that is `default` or one of `others`; raises UrlError if it is none of them."""
+        value = self.options.get(name, default)
+        if value not in (default, *others):
+            raise UrlError(f"{self.text}: {name} is {' or '.join((default, *others))}, not '{value}'")
+        return value
+
+    def integer(self, name: str, default: int, minimum: int = 1) -> int:
+        """Value of an option as a number; raises UrlError if it is none, or less than `minimum`."""
+        text = self.options.get(name, str(default))
+        if not text.isdecimal() or int(text) < minimum:
+            raise UrlError(f"{self.text}: {name} must be a whole number of at least {minimum}, not '{text}'")
+        return int(text)
+
+
+def parse_url(text: str) -> DeviceUrl:
+    """Parts of a device URL.
+
+    Raises
+    ------
+    UrlError
+        The scheme is unknown, or host, port, path or an option is missing or malformed.
+    """
+    try:
+        parts   = urllib.parse.urlsplit(text)
+        options = dict(urllib.parse.parse_qsl(parts.query, strict_parsing=True) if parts.query else [])
+    except ValueError:
+        raise UrlError(f"'{text}' is not a device URL, write it like {EXAMPLES['tcp']}") from None
+    if parts.scheme not in EXAMPLES or not text.startswith(f"{parts.scheme}:"):
+        raise UrlError(f"'{text}' is not a device URL, write it like one of: {', '.join(EXAMPLES.values())}")
+    url = DeviceUrl(text, parts.scheme, path=parts.path, options=options)
+    if parts.scheme in ("udp", "tcp"):
+        return _parse_host(url, parts)
+    if parts.netloc or bool(parts.path) != (parts.scheme == "serial"):
+        raise UrlError(f"'{text}' is not a {parts.scheme} URL, write it like {EXAMPLES[parts.scheme]}")
+    return url
+
+
+def _parse_host(url: DeviceUrl, parts: urllib.parse.SplitResult) -> DeviceUrl:
+    try:
+        host, port = parts.hostname, parts.port
+    except ValueError:
+        raise UrlError(f"'{url.text}': the port must be a number from 1 to 65535") from None
+    if port is None and url.scheme == "udp" and not parts.netloc.endswith(":"):
+        port = UDP_PORT
+    if port == 0:
+        raise UrlError(f"'{url.text}': the port must be a number from 1 to 65535")
+    if not host or port is None or parts.path:
+        raise UrlError(f"'{url.text}' is not a {url.scheme} URL, write it like {EXAMPLES[url.scheme]}")
+    url.check_options(*(("mode",) if url.scheme == "udp" else ()))
+    return DeviceUrl(url.text, url.scheme, host, port, options=url.options)

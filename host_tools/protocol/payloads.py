@@ -1,0 +1,240 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""Payloads of the link protocol's messages, packed and unpacked: see docs/protocol.md."""
+
+from __future__ import annotations
+
+import enum
+import struct
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from ..core.errors import ProtocolError
+from ..core.settings import Parameter
+from .messages import CHUNK_BYTES
+
+_NUMBER       = struct.Struct("<I")
+_PARAMETER    = struct.Struct("<HHi")
+_SIZE         = struct.Struct("<HH")
+_OPENED       = struct.Struct("<HHI")
+_CAPABILITIES = struct.Struct("<IIHHHHHBBIIHHI16s")
+_STATUS       = struct.Struct("<BBHIII")
+_ERROR        = struct.Struct("<HBBI")
+_UPDATE       = struct.Struct("<II")
+_PROGRESS     = struct.Struct("<BBHIII")
+
+#: Name of each of the STATISTICS counters, in the order of the protocol.
+COUNTERS = (
+    "messages_received",
+    "messages_sent",
+    "bytes_received",
+    "framing_errors",
+    "crc_errors",
+    "header_errors",
+    "requests_refused",
+    "receive_timeouts",
+    "sessions",
+    "frames_opened",
+    "frames_matched",
+    "frames_failed",
+    "frames_released",
+    "frames_reclaimed",
+    "chunks_received",
+    "chunks_repeated",
+    "chunks_while_matching",
+    "matcher_interrupts",
+    "matcher_timeouts",
+    "console_lines",
+    "sessions_refused",
+    "datagrams_received",
+    "datagrams_sent",
+    "datagrams_malformed",
+    "datagrams_overrun",
+    "mailbox_overrun",
+    "uploads_foreign",
+    "uploads_unfit",
+)
+
+
+def _unpack(layout: struct.Struct, payload: bytes, what: str) -> tuple[Any, ...]:
+    if len(payload) < layout.size:
+        raise ProtocolError(f"the device's {what} is {len(payload)} bytes long instead of {layout.size}")
+    return layout.unpack_from(payload)
+
+
+@dataclass(frozen=True)
+class Capabilities:
+    """What a device tells in its hello reply; sizes in pixels, versions as major x 256 + minor."""
+
+    session:          int
+    nonce:            int
+    gateware_version: int
+    firmware_version: int
+    max_width:        int
+    max_height:       int
+    max_disparities:  int
+    min_block_size:   int
+    max_block_size:   int
+    features:         int
+    max_pixels:       int
+    slots:            int
+    chunk_size:       int
+    sys_clk_hz:       int
+    name:             str
+
+    def pack(self) -> bytes:
+        """The 52-byte payload."""
+        return _CAPABILITIES.pack(self.session, self.nonce, self.gateware_version, self.firmware_version,
+                                  self.max_width, self.max_height, self.max_disparities, self.min_block_size,
+                                  self.max_block_size, self.features, self.max_pixels, self.slots,
+                                  self.chunk_size, self.sys_clk_hz, self.name.encode("ascii"))
+
+    @classmethod
+    def unpack(cls, payload: bytes) -> Capabilities:
+        """Capabilities from a payload; raises ProtocolError if it is too short."""
+        *numbers, name = _unpack(_CAPABILITIES, payload, "list of capabilities")
+        return cls(*(*numbers, name.split(b"\0")[0].decode("ascii", "replace")))
+
+
+class FrameState(enum.IntEnum):
+    """States of a frame in the device."""
+
+    EMPTY    = 0
+    LOADING  = 1
+    READY    = 2
+    MATCHING = 3
+    DONE     = 4
+    FAILED   = 5
+
+
+@dataclass(frozen=True)
+class FrameStatus:
+    """Reply to STATUS; `first_missing` is an offset in the upload space, or of pairs, NO_OFFSET if none is missing."""
+
+    state:            int
+    slot:             int
+    error:            int
+    clocks:           int
+    first_row_clocks: int
+    first_missing:    int
+
+    def pack(self) -> bytes:
+        """The 16-byte payload."""
+        return _STATUS.pack(self.state, self.slot, self.error, self.clocks, self.first_row_clocks,
+                            self.first_missing)
+
+    @classmethod
+    def unpack(cls, payload: bytes) -> FrameStatus:
+        """Status from a payload; raises ProtocolError if it is too short."""
+        return cls(*_unpack(_STATUS, payload, "frame status"))
+
+
+class UpdateState(enum.IntEnum):
+    """States of an update of the firmware."""
+
+    EMPTY    = 0
+    LOADING  = 1
+    CHECKING = 2
+    WRITING  = 3
+    DONE     = 4
+    FAILED   = 5
+
+
+class UpdateFailure(enum.IntEnum):
+    """Why an update has failed."""
+
+    CHECKSUM  = 1
+    FOREIGN   = 2
+    PROTECTED = 3
+    TIMEOUT   = 4
+    VERIFY    = 5
+
+
+@dataclass(frozen=True)
+class UpdateProgress:
+    """Reply to UPDATE, WRITE and PROGRESS; `room` is the length of the longest firmware in bytes."""
+
+    state:   int
+    failure: int
+    done:    int
+    total:   int
+    room:    int
+
+    def pack(self) -> bytes:
+        """The 16-byte payload."""
+        return _PROGRESS.pack(self.state, self.failure, 0, self.done, self.total, self.room)
+
+    @classmethod
+    def unpack(cls, payload: bytes) -> UpdateProgress:
+        """Progress from a payload; raises ProtocolError if it is too short."""
+        state, failure, _, *numbers = _unpack(_PROGRESS, payload, "progress of an update")
+        return cls(state, failure, *numbers)
+
+
+def pack_update(length: int, crc: int) -> bytes:
+    """Payload of UPDATE."""
+    return _UPDATE.pack(length, crc)
+
+
+def pack_number(number: int) -> bytes:
+    """A payload of one u32: the nonce of HELLO, the length of READ, the missing chunks of UPLOAD's reply."""
+    return _NUMBER.pack(number)
+
+
+def unpack_number(payload: bytes) -> int:
+    """The u32 of a payload; raises ProtocolError if it is too short."""
+    (number,) = _unpack(_NUMBER, payload, "number")
+    return int(number)
+
+
+def pack_parameters(parameters: Mapping[Parameter, int]) -> bytes:
+    """Payload of CONFIGURE."""
+    return b"".join(_PARAMETER.pack(parameter, 0, value) for parameter, value in parameters.items())
+
+
+def pack_size(width: int, height: int) -> bytes:
+    """Payload of OPEN and STREAM, sizes in pixels."""
+    return _SIZE.pack(width, height)
+
+
+def pack_opened(slot: int, pitch: int) -> bytes:
+    """Payload of the reply to OPEN, or STREAM, which has no pitch."""
+    return _OPENED.pack(slot, 0, pitch)
+
+
+def unpack_opened(payload: bytes) -> tuple[int, int]:
+    """Slot and pitch (bytes) from OPEN's reply; raises ProtocolError if it is too short."""
+    slot, _, pitch = _unpack(_OPENED, payload, "reply to OPEN")
+    return slot, pitch
+
+
+def pack_error(code: int, request_type: int, detail: int) -> bytes:
+    """Payload of ERROR."""
+    return _ERROR.pack(code, request_type, 0, detail)
+
+
+def unpack_error(payload: bytes) -> tuple[int, int, int]:
+    """Code, request type and detail from ERROR; raises ProtocolError if it is too short."""
+    code, request_type, _, detail = _unpack(_ERROR, payload, "error")
+    return code, request_type, detail
+
+
+def pack_counters(counters: Mapping[str, int]) -> bytes:
+    """Payload of STATISTICS' reply."""
+    return b"".join(_NUMBER.pack(counters[name]) for name in COUNTERS)
+
+
+def unpack_counters(payload: bytes) -> dict[str, int]:
+    """Counters by name; those that a newer device has appended are called `counter_<index>`."""
+    values = [value for (value,) in _NUMBER.iter_unpack(payload[:len(payload) // 4 * 4])]
+    return {COUNTERS[index] if index < len(COUNTERS) else f"counter_{index}": value
+            for index, value in enumerate(values)}
+
+
+def frame_pitch(width: int, height: int) -> int:
+    """Bytes from the left to the right image in the upload space: the image size in whole chunks."""
+    return -(-width * height // CHUNK_BYTES) * CHUNK_BYTES

@@ -1,0 +1,104 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""ERROR replies in words."""
+
+from __future__ import annotations
+
+from ..core.errors import DeviceRefused, LiteStereoError, ProtocolError, SessionLost, UpdateFailed
+from ..core.settings import Parameter
+from . import payloads
+from .messages import VERSION, ErrorCode, Message, MessageType
+
+_SIZES = {
+    1: "it is wider than the device's lines",
+    2: "it is higher than the device takes",
+    3: "it has more pixels than the device's memory",
+    4: "it is too narrow for the disparities and the block size",
+    5: "it is too low for the block size",
+    6: "the firmware is too long for the device's flash",
+}
+
+
+#: Requests of updates.
+_OF_UPDATES = {MessageType.UPDATE, MessageType.IMAGE, MessageType.WRITE, MessageType.PROGRESS, MessageType.RESTART}
+
+#: Failures of updates in words.
+_FAILURES: dict[int, str] = {
+    payloads.UpdateFailure.CHECKSUM:  "it arrived damaged, try again",
+    payloads.UpdateFailure.FOREIGN:   "it is for another board or another bitstream, write both with `make flash`",
+    payloads.UpdateFailure.PROTECTED: "its flash is write-protected, unprotect it by cable with openFPGALoader "
+                                      "--unprotect-flash",
+    payloads.UpdateFailure.TIMEOUT:   "the flash did not come to rest; a good image is in it still",
+    payloads.UpdateFailure.VERIFY:    "the flash did not hold what was written; a good image is in it still",
+}
+
+
+def version_mismatch(device_version: int) -> ProtocolError:
+    """The error for a device that speaks another version of the protocol."""
+    return ProtocolError(f"the device speaks link protocol version {device_version}, this host version "
+                         f"{VERSION}: install the host tools and the firmware of one release")
+
+
+def refusal(reply: Message) -> LiteStereoError:
+    """The exception that stands for an ERROR reply."""
+    code, request_type, detail = payloads.unpack_error(reply.payload)
+    if code == ErrorCode.VERSION:
+        return version_mismatch(detail)
+    if code == ErrorCode.SESSION:
+        return SessionLost("the device ended this session: another host connected to it, or it restarted; "
+                           "connect again")
+    if code == ErrorCode.BUSY and request_type != MessageType.HELLO:
+        return SessionLost("another host has taken the device over while this one was silent: connect again")
+    known   = request_type in set(MessageType)
+    request = MessageType(request_type).name if known else f"request {request_type:#04x}"
+    reason  = _reason(code, reply.frame_id, detail)
+    if code == ErrorCode.STATE and request_type in _OF_UPDATES:
+        reason = f"an update is {_name(payloads.UpdateState, detail)}"
+    if code == ErrorCode.TYPE and request_type in _OF_UPDATES - {MessageType.RESTART}:
+        reason = "it has no flash that its firmware could be written to"
+    return DeviceRefused(f"the device refused {request}: {reason}", code, detail)
+
+
+def _parameter(number: int) -> str:
+    return Parameter(number).name.lower() if number in set(Parameter) else f"parameter {number}"
+
+
+def _reason(code: int, frame_id: int, detail: int) -> str:
+    reasons = {
+        ErrorCode.TYPE:       f"its firmware does not know type {detail:#04x}, update it",
+        ErrorCode.LENGTH:     f"a payload of {detail} bytes was expected",
+        ErrorCode.PARAMETER:  f"its firmware does not know {_parameter(detail)}, update it",
+        ErrorCode.RANGE:      f"{_parameter(detail)} is out of its range, see `litestereo info`",
+        ErrorCode.NO_SLOT:    f"all of its {detail} frame slots are in use",
+        ErrorCode.FRAME:      f"it does not know frame {frame_id}",
+        ErrorCode.STATE:      f"frame {frame_id} is {_name(payloads.FrameState, detail)}",
+        ErrorCode.OFFSET:     f"there is nothing of that length at offset {detail}",
+        ErrorCode.INCOMPLETE: f"frame {frame_id} lacks the chunk at offset {detail}",
+        ErrorCode.SIZE:       f"{_SIZES.get(detail, 'the size of the image')}, see `litestereo info`",
+        ErrorCode.MATCHER:    f"the accelerator reported error {detail}",
+        ErrorCode.TIMEOUT:    f"the accelerator did not finish within {detail} clocks",
+        ErrorCode.FEATURE:    f"it was not built for that value of {_parameter(detail)}, see `litestereo info`",
+        ErrorCode.BUSY:       f"another host uses it; without a word from that one it is free in {detail/1000:.1f} s",
+        ErrorCode.DUPLICATE:  f"frame {detail} is already in use",
+    }
+    return reasons.get(ErrorCode(code), "") if code in set(ErrorCode) else f"error {code}, detail {detail}"
+
+
+def _name(states: type[payloads.FrameState] | type[payloads.UpdateState], number: int) -> str:
+    return states(number).name.lower() if number in set(states) else f"in state {number}"
+
+
+def failed_update(failure: int) -> UpdateFailed:
+    """The exception for an update that a device has given up."""
+    reason = _FAILURES.get(failure, f"failure {failure}")
+    return UpdateFailed(f"the device did not take the firmware: {reason}", failure, 0)
+
+
+def failed_frame(frame_id: int, error: int) -> DeviceRefused:
+    """The exception for a frame whose match has failed with an error code."""
+    name = ErrorCode(error).name.lower() if error in set(ErrorCode) else "unknown"
+    return DeviceRefused(f"the device could not match frame {frame_id}: error {error} ({name}); "
+                         "see `litestereo stats`", error, 0)
