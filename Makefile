@@ -86,7 +86,7 @@ flash: ## Write bitstream and firmware to the flash of BOARD
 	@$(PYTHON) -m litestereo.soc.flow.target $(BOARD) --flash
 
 boards-sim: install ## Boot each board's own SoC in simulation, and match a real pair on it
-	@LITESTEREO_BOARDS="$(BOARDS)" $(PYTHON) -m pytest -q --timeout 0 tests/sim/test_boards.py
+	@LITESTEREO_BOARDS="$(BOARDS)" $(PYTHON) -m pytest -q --timeout 0 tests/sim/system/test_boards.py
 
 boards-check: ## Check that every bitstream is of these sources, and meets its clocks
 	@.ci/install fpga
@@ -103,28 +103,28 @@ sbom: install ## Write docs/sbom.cdx.json and docs/licences.md: what the product
 	@$(PYTHON) -m litestereo.soc.release.sbom
 
 sweep: install ## Compare the matcher with cv2.StereoBM at 2000 settings instead of 200
-	@LITESTEREO_SETTINGS=2000 $(PYTHON) -m pytest -n $(JOBS) tests/gateware/test_opencv.py
+	@LITESTEREO_SETTINGS=2000 $(PYTHON) -m pytest -n $(JOBS) tests/gateware/matcher/test_opencv.py
 
 fuzz: install ## Ten million datagrams into the firmware, a hundred thousand into the gateware
 	@$(MAKE) -s -f firmware/tests/Makefile OUT=$(LITESTEREO_BUILD)/fuzz fuzz_udp
 	@$(LITESTEREO_BUILD)/fuzz/fuzz_udp 1 10000000
-	@LITESTEREO_DATAGRAMS=100000 $(PYTHON) -m pytest -q -rP tests/gateware/test_frame_link_fuzz.py
+	@LITESTEREO_DATAGRAMS=100000 $(PYTHON) -m pytest -q -rP tests/gateware/link/test_frame_link_fuzz.py
 
 coverage: test ## Run all tests, and write what they have run of gateware, firmware and host tools to docs/coverage.md
-	@PYTHONPATH=tests $(PYTHON) -m covered
+	@PYTHONPATH=tests $(PYTHON) -m campaigns.coverage
 
 soak: install ## Have N small frames matched while link, memory, clocks, firmware and host fail; none may be lost
-	@PYTHONPATH=tests $(PYTHON) -m soak --frames $(N)
+	@PYTHONPATH=tests $(PYTHON) -m campaigns.soak --frames $(N)
 
 fuzz-firmware: install ## Have libFuzzer look for faults of the firmware, SECONDS of each target
-	@PYTHONPATH=tests $(PYTHON) -m fuzzed.firmware --seconds $(SECONDS)
+	@PYTHONPATH=tests $(PYTHON) -m campaigns.fuzz.firmware --seconds $(SECONDS)
 
 formal: install ## Prove what the streams, the DMA and the registers of the gateware promise, and refuse faulty ones
 	@$(PYTHON) -m pytest -q tests/formal
 	@PYTHONPATH=tests $(PYTHON) -m formal
 
 mutation: install ## Break the gateware in 50 small ways, and see whether the tests of the broken core notice
-	@PYTHONPATH=tests $(PYTHON) -m mutation
+	@PYTHONPATH=tests $(PYTHON) -m campaigns.mutation
 
 lock: ## Write .ci/lock: the release of every Python package, with the hashes of its files (needs a network)
 	@.ci/relock

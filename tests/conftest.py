@@ -14,7 +14,7 @@ import shutil
 import pytest
 from migen.fhdl import tracer
 
-from covered import gateware
+from campaigns.coverage import gateware
 from litestereo.sim.cores.verilated_core import coverage_directory
 
 #: Of the gateware's lines, what the tests have run.

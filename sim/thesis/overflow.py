@@ -114,7 +114,7 @@ The thesis has a figure of data overflow, on Tsukuba. Here sums have the bits of
 is, black against white: widths in the elaborated cores, beside the bits of the largest sum.
 
 {sums}
-`tests/gateware/test_overflow.py` drives the emitted Verilog of both sums, and the whole matcher, into that
+`tests/gateware/matcher/test_overflow.py` drives the emitted Verilog of both sums, and the whole matcher, into that
 worst case with images all black against all white, at the largest block. Here, {largest}x{largest}: {worst}
 pixels differ from the model's.
 

@@ -9,7 +9,8 @@ import subprocess
 
 import pytest
 
-from support.firmware_build import ROOT, UNITS
+from support.firmware_build import UNITS
+from support.paths import CHECKOUT
 
 
 def run(*command):
@@ -37,7 +38,7 @@ def test_fuzz_of_datagrams(programs, seed):
 
 def test_vectors_of_the_host_tools(programs):
     """The firmware takes the host's messages apart and puts them together again, byte for byte."""
-    vectors = ROOT / "tests" / "vectors" / "protocol.txt"
+    vectors = CHECKOUT / "tests" / "vectors" / "protocol.txt"
     command = [programs / "test_vectors", vectors]
     done    = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
@@ -45,7 +46,7 @@ def test_vectors_of_the_host_tools(programs):
 
 
 def test_a_wrong_vector_is_found(programs, tmp_path):
-    name, message, framed = (ROOT / "tests" / "vectors" / "protocol.txt").read_text().splitlines()[0].split()
+    name, message, framed = (CHECKOUT / "tests" / "vectors" / "protocol.txt").read_text().splitlines()[0].split()
     wrong = tmp_path / "wrong.txt"
     for line in (f"{name} {message[:-1]}0 {framed}", f"{name} {message} {framed[:-4]}0100", ""):
         wrong.write_text(line + "\n")

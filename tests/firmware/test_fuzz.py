@@ -11,7 +11,7 @@ import subprocess
 
 import pytest
 
-from fuzzed.firmware import CORPUS, LENGTHS, TARGETS, FuzzError, build, judged, run
+from campaigns.fuzz.firmware import CORPUS, LENGTHS, TARGETS, FuzzError, build, judged, run
 from support.pairs import SEED
 
 pytestmark = pytest.mark.skipif(not shutil.which("clang"), reason="no clang: .ci/install")

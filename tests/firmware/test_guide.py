@@ -10,10 +10,10 @@ import subprocess
 
 import pytest
 
-from support.firmware_build import ROOT
+from support.paths import CHECKOUT
 
-GUIDE    = (ROOT / "docs" / "firmware.md").read_text()
-HEADERS  = ROOT / "firmware" / "include"
+GUIDE    = (CHECKOUT / "docs" / "firmware.md").read_text()
+HEADERS  = CHECKOUT / "firmware" / "include"
 PROGRAMS = re.findall(r"```c\n(.*?)```", GUIDE, re.DOTALL)
 
 

@@ -10,10 +10,10 @@ import re
 import pytest
 
 from litestereo.host_tools.core.features import Feature
-from support.firmware_build import ROOT
+from support.paths import CHECKOUT
 
-DOCUMENT = (ROOT / "docs" / "protocol.md").read_text()
-INCLUDE  = ROOT / "firmware" / "include" / "litestereo"
+DOCUMENT = (CHECKOUT / "docs" / "protocol.md").read_text()
+INCLUDE  = CHECKOUT / "firmware" / "include" / "litestereo"
 PROTOCOL = (INCLUDE / "protocol.h").read_text()
 
 
@@ -66,7 +66,7 @@ def test_counters():
     assert [int(row[0]) for row in section("Counters")] == list(range(len(documented)))
     body = re.search(r"enum counter {(.*?)}", (INCLUDE / "counters.h").read_text(), re.DOTALL)[1]
     assert [name.lower() for name in re.findall(r"COUNTER_(\w+)", body)] == documented
-    source = (ROOT / "firmware" / "link" / "counters.c").read_text()
+    source = (CHECKOUT / "firmware" / "link" / "counters.c").read_text()
     assert re.findall(r'"(\w+)"', source.split("names[", 1)[1]) == documented
 
 

@@ -10,9 +10,9 @@ import subprocess
 import numpy as np
 
 from litestereo.sim.models.stereo_bm import stereo_bm
-from support.awkward import awkward_pairs
-from support.drawn import any_settings
+from support.image_pairs import awkward_pairs
 from support.pairs import generator
+from support.settings import any_settings
 
 
 def on_the_cpu(programs, left, right, settings):

@@ -26,7 +26,7 @@ from formal.slot_table import slot_table
 from formal.solver import decide
 from formal.stream_reader import stream_reader
 from formal.stream_writer import stream_writer
-from support.altered import altered
+from support.faulty_core import altered
 
 FAULTS = {
     "valid dropped": (

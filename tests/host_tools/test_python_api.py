@@ -10,7 +10,6 @@ import subprocess
 import sys
 import threading
 from concurrent.futures import ThreadPoolExecutor
-from pathlib import Path
 
 import cv2
 import numpy as np
@@ -25,8 +24,9 @@ from litestereo.host_tools.devices import lock as turns
 from support.expected import expected_map
 from support.native_device import native_device, native_udp_device
 from support.pairs import generator, textured_pair
+from support.paths import CHECKOUT
 
-README   = Path(__file__).parents[2]/"README.md"
+README   = CHECKOUT / "README.md"
 SETTINGS = MatcherSettings(16, 9)
 
 

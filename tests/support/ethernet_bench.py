@@ -22,9 +22,10 @@ from typing import NamedTuple
 
 import pytest
 
-ROOT   = Path(__file__).parents[2]
-MODULE = ROOT / "sim" / "modules" / "ethernet2socket"
-OUT    = ROOT / "build" / "ethernet_bench"
+from .paths import CHECKOUT
+
+MODULE = CHECKOUT / "sim" / "modules" / "ethernet2socket"
+OUT    = CHECKOUT / "build" / "ethernet_bench"
 
 FLAGS = shlex.split("-std=c11 -Wall -Wextra -Werror -Wshadow -g -O1 -fsanitize=address,undefined "
                     "-fno-sanitize-recover=all -fno-omit-frame-pointer")
@@ -56,8 +57,8 @@ def build() -> Path:
     with open(OUT / "lock", "w", encoding="ascii") as lock:
         # Test processes may run side by side.
         fcntl.flock(lock, fcntl.LOCK_EX)
-        command = ["gcc", *FLAGS, "-isystem", litex_sim_core(), f"-I{MODULE}", ROOT / "tests/support/ethernet_bench.c",
-                   "-o", OUT / "new", "-ljson-c"]
+        command = ["gcc", *FLAGS, "-isystem", litex_sim_core(), f"-I{MODULE}",
+                   CHECKOUT / "tests/support/ethernet_bench.c", "-o", OUT / "new", "-ljson-c"]
         done    = subprocess.run(command, capture_output=True, text=True, check=False)
         assert done.returncode == 0, done.stderr
         # A program that runs cannot be written to.

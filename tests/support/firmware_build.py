@@ -17,12 +17,13 @@ from pathlib import Path
 
 import pytest
 
-ROOT    = Path(__file__).parents[2]
-OUT     = ROOT / "build" / "firmware_tests"
-COUNTED = ROOT / "build" / "firmware_coverage"
+from .paths import CHECKOUT
+
+OUT     = CHECKOUT / "build" / "firmware_tests"
+COUNTED = CHECKOUT / "build" / "firmware_coverage"
 
 #: Programs that are silent and end with 0 if all is well.
-UNITS = sorted({path.stem for path in (ROOT / "firmware" / "tests").glob("test_*.c")} - {"test_vectors"})
+UNITS = sorted({path.stem for path in (CHECKOUT / "firmware" / "tests").glob("test_*.c")} - {"test_vectors"})
 
 
 class BuildError(RuntimeError):
@@ -57,7 +58,7 @@ def _locked(out: Path) -> Iterator[None]:
 
 
 def _make(out: Path, *variables: str) -> None:
-    command = ["make", "-j2", "-f", ROOT / "firmware" / "tests" / "Makefile", f"OUT={out}", *variables, "all"]
+    command = ["make", "-j2", "-f", CHECKOUT / "firmware" / "tests" / "Makefile", f"OUT={out}", *variables, "all"]
     done    = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode:
         raise BuildError(f"the firmware does not compile: {done.stderr.strip().splitlines()[0]}")

@@ -17,8 +17,9 @@ from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parents[2]
-OUT  = ROOT / "build" / "native_device"
+from .paths import CHECKOUT
+
+OUT  = CHECKOUT / "build" / "native_device"
 
 
 @functools.cache
@@ -30,7 +31,7 @@ def build() -> Path:
     with open(OUT / "lock", "w", encoding="ascii") as lock:
         # Test processes may run side by side.
         fcntl.flock(lock, fcntl.LOCK_EX)
-        command = ["make", "-f", ROOT / "firmware" / "tests" / "Makefile", f"OUT={OUT}", "native_device"]
+        command = ["make", "-f", CHECKOUT / "firmware" / "tests" / "Makefile", f"OUT={OUT}", "native_device"]
         done    = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     return OUT / "native_device"

@@ -1,0 +1,209 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""The assembled matcher's emitted Verilog against the reference model, on awkward images and at every limit."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from litestereo.gateware.common.parameters import FEATURES
+from litestereo.gateware.matcher.matcher import Matcher, matcher_settings
+from litestereo.sim.cores.cosim import CosimMatcher, pixel_words, signals
+from litestereo.sim.cores.stream_core import StreamCore
+from litestereo.sim.models.stereo_bm import StereoSettings, stereo_bm
+from support.data import FOLDERS, stereo_pair
+from support.image_pairs import awkward_pairs
+from support.pairs import generator, textured_pair
+from support.settings import any_settings
+
+MAX_WIDTH, DISPARITIES, MAX_BLOCK = 1024, 64, 21
+
+#: No prefilter, no test, no fraction: the bare sum of absolute differences.
+BARE = {"prefilter": "none", "texture_threshold": 0, "uniqueness_ratio": 0, "subpixel": False}
+
+#: Everything that there is.
+ALL = StereoSettings(64, 9, 2, texture_threshold=200, uniqueness_ratio=10, disp12_max_diff=1, median=True)
+
+
+@pytest.fixture(scope="module")
+def matcher():
+    """As `cosim:` builds it by default."""
+    matcher = CosimMatcher(MAX_WIDTH, DISPARITIES, MAX_BLOCK)
+    yield matcher
+    matcher.close()
+
+
+def check(matcher, left, right, settings, **flow):
+    """Match a pair and compare it with the model; returns clocks of the frame and of the first row."""
+    disparity, clocks, first_row = matcher.match_settings(left, right, settings, **flow)
+    expected = stereo_bm(left, right, settings)
+    assert np.array_equal(disparity, expected), (np.argwhere(disparity != expected)[:3].tolist(), settings, flow)
+    return clocks, first_row
+
+
+def test_awkward_images(matcher):
+    """Any settings, ties, saturation and stripes, with gaps on both sides."""
+    rng = generator(30)
+    for turn in range(40):
+        settings      = any_settings(rng)
+        width, height = (size + int(extra) for size, extra in zip(settings.minimum_size, rng.integers(0, (40, 12)),
+                                                                  strict=True))
+        for name, left, right in awkward_pairs(rng, width, height):
+            print(name, width, height)
+            valid, ready = rng.choice([1.0, 0.7, 0.3], 2)
+            check(matcher, left, right, settings, valid=valid, ready=ready, seed=turn)
+
+
+@pytest.mark.parametrize("name", FOLDERS)
+def test_block_matching_alone(matcher, name):
+    """Real pairs, nothing but the sum of absolute differences, every block size with every number of disparities."""
+    pair = stereo_pair(name)
+    for block_size in (5, 7, 9, 15):
+        for disparities in (16, 32, 64):
+            check(matcher, pair.left, pair.right, StereoSettings(disparities, block_size, **BARE))
+
+
+@pytest.mark.parametrize("disparities", range(16, DISPARITIES + 1, 16))
+@pytest.mark.parametrize("min_disparity", [0, 3, 255])
+def test_smallest_image(matcher, disparities, min_disparity):
+    """One pixel that can have a disparity, in the place where cv2.StereoBM has it."""
+    for block_size in range(5, MAX_BLOCK + 1, 2):
+        for disp12_max_diff in (-1, 0):
+            settings      = StereoSettings(disparities, block_size, min_disparity, disp12_max_diff=disp12_max_diff,
+                                           **BARE)
+            width, height = settings.minimum_size
+            left, right   = textured_pair(width, height, generator(31, disparities, block_size))
+            check(matcher, left, right, settings)
+        unchecked = dataclasses.replace(settings, disp12_max_diff=-1)
+        valid     = np.argwhere(matcher.match_settings(left, right, unchecked)[0] != settings.invalid)
+        margin    = block_size//2
+        assert valid.tolist() == [[margin, min_disparity + disparities - 1 + margin]]
+
+
+def test_widest_image(matcher):
+    """Width = maximum, at both ends of the block sizes, bare and with everything."""
+    left, right = textured_pair(MAX_WIDTH, 30, generator(32))
+    for block_size in (5, MAX_BLOCK):
+        check(matcher, left, right, StereoSettings(DISPARITIES, block_size, **BARE))
+        check(matcher, left, right, dataclasses.replace(ALL, block_size=block_size))
+
+
+def test_frames_back_to_back(matcher):
+    """A second frame waits at the sink while the first one ends, and the other way of stalling."""
+    rng   = generator(33)
+    pairs = [textured_pair(100, 25, rng), textured_pair(100, 25, rng, 11)]
+    words = np.concatenate([pixel_words(*pair) for pair in pairs])
+    for settings in (StereoSettings(32, 9), StereoSettings(32, 9, disp12_max_diff=0),
+                     StereoSettings(32, 9, median=True), dataclasses.replace(ALL, disparities=32)):
+        for valid, ready in [(1.0, 1.0), (1.0, 0.3), (0.3, 1.0)]:
+            matcher.core.set(**signals(100, 25, settings))
+            result = matcher.core.run(words, 5000, valid=valid, ready=ready, seed=5)
+            maps   = result.words.astype(np.uint16).view(np.int16).reshape(2, 25, 100)
+            for disparity, pair in zip(maps, pairs, strict=True):
+                assert np.array_equal(disparity, stereo_bm(*pair, settings))
+            assert result.first.nonzero()[0].tolist() == [0, 2500]
+            assert result.last.nonzero()[0].tolist() == [2499, 4999]
+
+
+def test_reset_in_mid_frame(matcher):
+    """After a reset at any clock, of all or of the matcher alone, the next frame is right, whatever the settings."""
+    rng = generator(34)
+    for turn in range(40):
+        left, right = textured_pair(130, 30, rng)
+        matcher.core.set(**signals(130, 30, any_settings(rng)))
+        matcher.core.run(pixel_words(left, right), 3900, valid=0.8, ready=0.8, seed=1,
+                         reset_clock=int(rng.integers(1, 6500)))
+        (matcher.core.reset if turn % 2 else matcher.give_up)()
+        check(matcher, left, right, any_settings(rng))
+
+
+@pytest.mark.parametrize("disparities", [64, 128])
+def test_one_pixel_per_clock(disparities):
+    """640x480 with everything on, at any setting: 1.05 clocks a pixel at block 9; rows are out in time."""
+    matcher = CosimMatcher(640, disparities, MAX_BLOCK)
+    left, right = textured_pair(640, 480, generator(35))
+    for settings, most in [(dataclasses.replace(ALL, disparities=disparities), 1.05), (StereoSettings(16, 9), 1.05),
+                           (StereoSettings(disparities, 9, **BARE), 1.05),
+                           (dataclasses.replace(ALL, block_size=MAX_BLOCK), 1.07)]:
+        clocks, first_row = check(matcher, left, right, settings)
+        assert clocks <= most*640*480
+        # A row waits for the lower half of its block, and a row each for prefilter, left-right check and median.
+        margin  = settings.block_size//2
+        entered = 640*(margin + 1)
+        assert first_row <= entered + 640*(margin + 4)
+    matcher.core.run(pixel_words(left, right), 640*480, reset_clock=20000)
+    matcher.give_up()
+    check(matcher, left[:50], right[:50], ALL)
+    matcher.close()
+
+
+@pytest.mark.parametrize("disparities, max_block_size, features", [
+    (16, 5, FEATURES), (128, 9, FEATURES), (112, 31, FEATURES), (32, 9, ["raw"]), (32, 9, ["xsobel"]),
+    (48, 11, ["raw", "left_right"]), (32, 9, ["xsobel", "texture", "uniqueness"]),
+    (32, 9, ["xsobel", "raw", "subpixel"]), (32, 9, ["raw", "min_disparity", "median"]),
+], ids=str)
+def test_built_sizes(disparities, max_block_size, features):
+    """The least and the most that can be built, a number of disparities that is no power of two, fewer stages."""
+    rng       = generator(36, disparities)
+    max_width = disparities + 2*max_block_size + 20
+    core      = CosimMatcher(max_width, disparities, max_block_size, features)
+    for used in sorted({16, disparities//2//16*16 or 16, disparities}):
+        for block_size in sorted({5, max_block_size}):
+            settings = without(dataclasses.replace(ALL, disparities=used, block_size=block_size), features)
+            for width in (settings.minimum_size[0], max_width):
+                left, right = textured_pair(width, block_size + 3, rng, 14)
+                check(core, left, right, settings, valid=0.9, ready=0.9)
+    core.close()
+
+
+def without(settings, features):
+    """What is left of settings where only some features are built."""
+    off = {
+        "xsobel":        {"prefilter": "none"},
+        "texture":       {"texture_threshold": 0},
+        "uniqueness":    {"uniqueness_ratio": 0},
+        "subpixel":      {"subpixel": False},
+        "left_right":    {"disp12_max_diff": -1},
+        "min_disparity": {"min_disparity": 0},
+        "median":        {"median": False},
+    }
+    for feature, values in off.items():
+        if feature not in features:
+            settings = dataclasses.replace(settings, **values)
+    return settings
+
+
+@pytest.mark.parametrize("parameters, message", [
+    ({"disparities": 24},            "multiple of 16"),
+    ({"disparities": 0},             "multiple of 16"),
+    ({"disparities": 144},           "multiple of 16"),
+    ({"max_block_size": 8},          "must be odd"),
+    ({"max_block_size": 3},          "must be odd"),
+    ({"max_block_size": 33},         "must be odd"),
+    ({"max_width": 70},              "max_width"),
+    ({"max_width": 5000},            "max_width"),
+    ({"max_height": 8},              "max_height"),
+    ({"max_height": 4096},           "max_height"),
+    ({"features": ["xsobel", "sgm"]}, "features must be some of .* not sgm"),
+    ({"features": ["subpixel"]},     "xsobel, raw or both"),
+    ({"features": ["raw", "texture"]}, "texture needs the feature xsobel"),
+])
+def test_bad_parameters(parameters, message):
+    """They are refused by name."""
+    with pytest.raises(ValueError, match=message):
+        Matcher(**parameters)
+
+
+def test_sink_waits_for_a_frame():
+    """Between frames and in reset the sink is not ready, and nothing comes out unasked."""
+    module = Matcher(64, 100, 16, 5)
+    core   = StreamCore(module, [name for name, *_ in matcher_settings(module.parameters)])
+    core.set(**signals(20, 5, StereoSettings(16, 5)))
+    assert len(core.run(np.zeros(0, np.uint32), 1, idle_clocks=200).words) == 0
+    core.close()

@@ -1,0 +1,77 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""The matcher's emitted Verilog against cv2.StereoBM itself: every pixel, hundreds of settings, awkward images."""
+
+from __future__ import annotations
+
+import os
+
+import pytest
+
+from litestereo.sim.cores.cosim import CosimMatcher
+from support.data import PAIRS, stereo_pair
+from support.image_pairs import awkward_pairs
+from support.opencv import same_as_opencv
+from support.pairs import generator
+from support.settings import drawn_settings
+
+#: Settings drawn; `make sweep` draws more.
+SETTINGS = int(os.environ.get("LITESTEREO_SETTINGS", "200"))
+PARTS    = 4
+
+#: Disparities that are drawn, at most.
+LARGEST = 64
+
+
+class Matchers(dict[int, CosimMatcher]):
+    """Built when they are first wanted."""
+
+    def __missing__(self, disparities):
+        self[disparities] = CosimMatcher(1300, disparities, 21)
+        return self[disparities]
+
+
+@pytest.fixture(scope="module")
+def matchers():
+    """Matchers wide enough for all pairs, by the disparities that they are built for."""
+    # Counting the lines takes as long again, and other tests run the same ones.
+    with pytest.MonkeyPatch.context() as patch:
+        patch.delenv("LITESTEREO_COVERAGE", raising=False)
+        yield (built := Matchers())
+    for matcher in built.values():
+        matcher.close()
+
+
+@pytest.mark.parametrize("part", range(PARTS))
+@pytest.mark.parametrize("name", PAIRS)
+def test_data_sets(matchers, name, part):
+    """Every pixel of a pair, with the same settings for all pairs.
+
+    The first part is done by a matcher that is built for all disparities, the others by one that is built for those of
+    the settings: fewer take less time.
+    """
+    pair = stereo_pair(name)
+    rng  = generator(70, part)
+    for _ in range(-(-SETTINGS//PARTS)):
+        settings      = drawn_settings(rng)
+        matcher       = matchers[LARGEST if part == 0 else settings.disparities]
+        disparity, *_ = matcher.match_settings(pair.left, pair.right, settings)
+        same_as_opencv(disparity, pair.left, pair.right, settings)
+
+
+def test_awkward_images(matchers):
+    """Constant, saturated, stripes, single pixels, ties everywhere: five small images a setting."""
+    rng    = generator(71)
+    images = 0
+    while images < 5*SETTINGS:
+        settings = drawn_settings(rng)
+        width    = settings.minimum_size[0] + int(rng.integers(0, 40))
+        height   = settings.block_size + 1 + int(rng.integers(0, 12))
+        for name, left, right in awkward_pairs(rng, width, height):
+            print(name, width, height)
+            disparity, *_ = matchers[LARGEST].match_settings(left, right, settings)
+            same_as_opencv(disparity, left, right, settings)
+            images += 1

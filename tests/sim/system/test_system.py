@@ -1,0 +1,231 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""SoC, firmware and host tools together in litex_sim: few boots, and much checked in each."""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+import re
+import signal
+import socket
+import subprocess
+import sys
+import time
+
+import pytest
+
+from litestereo.host_tools.core.settings import MatcherSettings
+from litestereo.host_tools.devices.connect import connect
+from litestereo.sim.bench.clocks import measure
+from litestereo.sim.system.build import SimulationError
+from litestereo.sim.system.simulation import start_simulation
+from support.assert_stream import check_small_frame, check_stream
+from support.data import stereo_pair
+from support.fault_proxy import Faults, proxied
+from support.interruptible import interruptible
+from support.opencv import same_as_opencv
+from support.pairs import generator, textured_pair
+from support.settings import any_settings, drawn_settings
+
+pytestmark = pytest.mark.system
+
+
+@pytest.fixture(scope="module")
+def simulation():
+    """A running system on integrated RAM."""
+    with start_simulation() as simulation:
+        yield simulation
+
+
+@pytest.fixture
+def port(simulation):
+    """Its UART."""
+    return simulation.port
+
+
+@pytest.fixture
+def url(port):
+    return f"tcp://127.0.0.1:{port}"
+
+
+def test_selftest_and_console(url):
+    """Accelerator against the CPU's own SAD, on the target."""
+    with connect(url) as device:
+        assert "selftest: passed" in device.console("selftest", 200)
+        info = device.console("info")
+        assert "640" in info
+        # The deepest that the stack has been, the self test included, leaves half of it free.
+        used, size = map(int, re.search(r"stack: (\d+) of (\d+) bytes used", info).groups())
+        assert 500 < used < size // 2
+        assert "matcher_interrupts" in device.console("stats", 200)
+        assert device.statistics()["matcher_interrupts"] > 0
+
+
+def test_one_pixel_per_clock(url):
+    """640x480, 64 disparities, block 9, memory to memory, every stage on or none; the map's CRC-32 is the model's."""
+    with connect(url) as device:
+        for stages in ("all", "sad"):
+            result = measure(device, (640, 480, 64, 9, stages))
+            assert result.clocks_per_pixel <= 1.05
+            # A row waits for half a block, the prefilter, the left-right check and the median.
+            assert result.first_row_clocks <= 640*(9//2 + 1 + 9//2 + 4)
+        assert measure(device, (160, 32, 64, 9, "sad"), "cpu_bench").clocks_per_pixel > 100
+
+
+def test_next_upload_overlaps_match(url):
+    """Chunks of the second frame are taken while the first one is matched."""
+    rng   = generator(50)
+    pairs = [textured_pair(320, 200, rng, shift) for shift in (3, 12)]
+    with connect(url) as device:
+        before = device.statistics()
+        check_stream(device, pairs, MatcherSettings(64, 9))
+        after = device.statistics()
+    assert after["chunks_while_matching"] > before["chunks_while_matching"]
+    assert after["frames_matched"] - before["frames_matched"] == 2
+    assert after["frames_released"] - before["frames_released"] == 2
+
+
+def test_settings_and_sizes(url):
+    """Odd sizes and the smallest image, with the settings changed between frames."""
+    rng = generator(51)
+    with connect(url) as device:
+        for width, height, disparities, block_size in [(20, 5, 16, 5), (81, 15, 64, 15), (33, 11, 16, 9)]:
+            check_stream(device, [textured_pair(width, height, rng)], MatcherSettings(disparities, block_size))
+
+
+UPLOAD_FOREVER = """
+import sys
+import numpy as np
+from litestereo.host_tools.devices.connect import connect
+image = np.zeros((200, 320), np.uint8)
+with connect(sys.argv[1]) as device:
+    device.compute(image, image, progress=lambda phase, done, total: print(phase, done, flush=True))
+"""
+
+
+def test_every_setting(url):
+    """Each takes effect on the next frame, whatever the one before had."""
+    rng = generator(56)
+    with connect(url) as device:
+        for _ in range(12):
+            drawn         = any_settings(rng, largest_block=15)
+            settings      = MatcherSettings(**dataclasses.asdict(drawn))
+            width, height = settings.minimum_size
+            check_stream(device, [textured_pair(width + 9, height + 4, rng, 5)], settings)
+
+
+def test_host_killed_in_mid_upload(url):
+    """The next host gets its frame at once, and the counters tell of the slot taken back."""
+    with subprocess.Popen([sys.executable, "-c", UPLOAD_FOREVER, url], stdout=subprocess.PIPE, text=True) as host:
+        for line in host.stdout:
+            if re.match(r"upload [1-9]", line):
+                break
+        host.send_signal(signal.SIGKILL)
+    check_small_frame(url)
+    with connect(url) as device:
+        assert device.statistics()["frames_reclaimed"] > 0
+
+
+def test_garbage_before_hello(port, url):
+    """Noise on the line, half a frame included, harms nothing."""
+    rng = generator(52)
+    for length in (1, 300, 3000):
+        with socket.create_connection(("127.0.0.1", port)) as line:
+            line.sendall(rng.bytes(length) + b"\0LS\1")
+            time.sleep(0.2)
+        check_small_frame(url)
+
+
+def test_bad_line(port, url):
+    """Bytes flipped, dropped, inserted and repeated both ways cost time but no pixel, and are counted."""
+    rng     = generator(53)
+    faults  = [Faults(rate=1/1500), Faults(rate=1/1500)]
+    for one in faults:
+        one.rng.seed(int(rng.integers(1 << 30)))
+    with proxied(port, *faults) as proxy, connect(proxy.url) as device:
+        before = device.statistics()
+        check_stream(device, [textured_pair(90, 40, rng, shift) for shift in (2, 5, 9)], MatcherSettings(32, 9))
+        after = device.statistics()
+    assert sum(one.flipped + one.dropped + one.inserted + one.repeated for one in faults) > 5
+    errors = ("framing_errors", "crc_errors", "header_errors", "receive_timeouts", "console_lines")
+    assert sum(after[name] for name in errors) > sum(before[name] for name in errors)
+    check_small_frame(url)
+
+
+@pytest.mark.parametrize("name, count", [
+    ("tsukuba", 8),
+    ("venus", 4),
+    ("teddy", 4),
+    ("cones", 4),
+])
+def test_opencv(simulation, name, count):
+    """Real pairs over Ethernet, matched, and back, every pixel is cv2.StereoBM's, at drawn settings."""
+    pair = stereo_pair(name)
+    rng  = generator(55, *name.encode())
+    with connect(f"udp://127.0.0.1:{simulation.udp_port}") as device:
+        if name == "tsukuba":
+            check_stream(device, [(pair.left, pair.right)], MatcherSettings(16, 7, prefilter="none", subpixel=False))
+        for drawn in (drawn_settings(rng, largest_block=15) for _ in range(count)):
+            (result,) = device.stream([(pair.left, pair.right)], MatcherSettings(**dataclasses.asdict(drawn)))
+            same_as_opencv(result.disparity, pair.left, pair.right, drawn)
+
+
+def test_reset(simulation, url):
+    """A reset in mid-session: the firmware says why it began anew, and both links work again."""
+    with connect(url) as device:
+        assert re.search(r"reset \d+ since power-up: requested", device.console("reset", 200))
+        assert "matcher errors: 0 config, 0 bus, 0 aborted, 0 timeouts, 0 stuck" in device.console("stats", 200)
+    check_small_frame(url)
+    check_small_frame(f"udp://127.0.0.1:{simulation.udp_port}")
+
+
+def test_port_in_use(port):
+    """One clear line, from the function and from the command."""
+    with pytest.raises(SimulationError, match=f"^port {port} is in use"):
+        start_simulation(port=port)
+    command = [sys.executable, "-m", "litestereo.sim.system.serve", "--port", str(port), "--udp-port", "0"]
+    serve   = subprocess.run(command, check=False, capture_output=True, text=True)
+    assert serve.returncode == 1
+    assert serve.stderr.splitlines() == [f"sim: error: port {port} is in use: choose another, or 0 for a free one"]
+
+
+def test_unknown_memory():
+    """It is refused before anything is built."""
+    with pytest.raises(SimulationError, match="unknown memory 'core'"):
+        start_simulation("core")
+
+
+def test_serve():
+    """`make sim`: says its URLs, works, and ends with Ctrl-C, taking its simulator along."""
+    command = [sys.executable, "-m", "litestereo.sim.system.serve", "--port", "0", "--udp-port", "0"]
+    with interruptible(command, stdout=subprocess.PIPE) as serve:
+        urls = re.findall(r"\w+://127\.0\.0\.1:\d+", serve.stdout.readline())
+        assert [url.partition(":")[0] for url in urls] == ["udp", "tcp"]
+        for url in urls:
+            check_small_frame(url)
+        serve.send_signal(signal.SIGINT)
+        assert serve.wait(10) == 0
+
+
+def test_no_orphans():
+    """A simulator ends with the process that started it, even if that is killed."""
+    program = ("from litestereo.sim.system.simulation import start_simulation\n"
+               "import time\n"
+               "print(start_simulation()._process.pid, flush=True)\n"
+               "time.sleep(100)\n")
+    with subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, text=True) as starter:
+        pid = int(starter.stdout.readline())
+        os.kill(pid, 0)
+        starter.kill()
+    deadline = time.monotonic() + 5
+    while time.monotonic() < deadline:
+        try:
+            os.kill(pid, 0)
+        except ProcessLookupError:
+            return
+        time.sleep(0.05)
+    raise AssertionError("the simulator outlived its starter")
