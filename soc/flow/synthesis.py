@@ -109,9 +109,9 @@ def tool(name: str) -> str:
     return str(path)
 
 def tool_version(name: str) -> str:
-    """First line of what a tool says of itself."""
+    """Return what a tool says of itself: its last line, as at its first run a WebAssembly build says more."""
     result = subprocess.run([tool(name), "--version"], capture_output=True, text=True, check=False)
-    return (result.stdout or result.stderr).strip().splitlines()[0]
+    return (result.stdout or result.stderr).strip().splitlines()[-1]
 
 def synthesize(source: str, family: str) -> Path:
     """Folder with `stat.json` and, for ECP5, the netlist `top.json`; done once for each content."""

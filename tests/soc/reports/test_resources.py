@@ -11,6 +11,7 @@ import pytest
 
 from litestereo.gateware.common.parameters import OPENCV_FEATURES
 from litestereo.soc.build.tools import ToolError
+from litestereo.soc.flow import synthesis
 from litestereo.soc.flow.place import Placement
 from litestereo.soc.flow.synthesis import Resources, emit, resources, tool
 from litestereo.soc.reports.resources import BARE, feature_table, placement_row, row
@@ -43,6 +44,17 @@ def test_rows():
 def test_emitted_twice_it_is_the_same():
     """So that nothing is synthesized twice."""
     assert emit(64, 16, 5, BARE) == emit(64, 16, 5, BARE)
+
+
+def test_version_of_a_tool(tmp_path, monkeypatch):
+    """It is the same at the first run, when a WebAssembly build says that it is being prepared."""
+    monkeypatch.setattr(synthesis.sys, "prefix", str(tmp_path))
+    (tmp_path / "bin").mkdir()
+    program = tmp_path / "bin" / "a-tool"
+    program.write_text("#!/bin/sh\n[ -e used ] || echo Preparing to run... >&2\ntouch used\necho Version 1 >&2\n")
+    program.chmod(0o755)
+    monkeypatch.chdir(tmp_path)
+    assert [synthesis.tool_version("a-tool") for _ in range(2)] == ["Version 1"]*2
 
 
 def test_missing_tool():
