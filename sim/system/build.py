@@ -16,7 +16,15 @@ from pathlib import Path
 
 from ...firmware import FIRMWARE_DIR
 from ...soc.boards import BOARDS
-from ...soc.build.paths import LITEX_PACKAGES, PACKAGE_DIR, build_directory, built_once, content_key, source_key
+from ...soc.build.paths import (
+    LITEX_PACKAGES,
+    PACKAGE_DIR,
+    build_directory,
+    built_once,
+    code_key,
+    content_key,
+    source_key,
+)
 from ...soc.build.tools import ToolError, run_logged
 from ..cores.verilated import COMPILATION
 
@@ -55,7 +63,7 @@ def build_soc(memory: str = "integrated-ram") -> Path:
     if memory not in (*MEMORIES, *BOARDS):
         raise SimulationError(f"unknown memory {memory!r}: choose one of {', '.join((*MEMORIES, *BOARDS))}")
     key     = content_key([memory, json.dumps(MATCHER), *(version(name) for name in LITEX_PACKAGES), *COMPILATION,
-                           source_key(*(PACKAGE_DIR / folder for folder in SOURCES))])
+                           code_key(*(PACKAGE_DIR / folder for folder in SOURCES))])
 
     def build(folder: Path) -> None:
         # A process of its own: LiteX changes the working directory, prints, and configures logging.

@@ -7,10 +7,12 @@
 
 from __future__ import annotations
 
+import ast
 import contextlib
 import fcntl
 import hashlib
 import os
+import re
 import shutil
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
@@ -20,6 +22,9 @@ PACKAGE_DIR = Path(__file__).resolve().parents[2]
 
 #: Distributions whose releases decide what LiteX generates.
 LITEX_PACKAGES = ("litex", "litedram", "liteeth", "migen", "pythondata-cpu-vexriscv")
+
+#: A comment of C, or a literal, which may hold what looks like one.
+C_COMMENT = re.compile(r"""//[^\n]*|/\*.*?\*/|"(?:\\.|[^"\\\n])*"|'(?:\\.|[^'\\\n])*'""", re.DOTALL)
 
 
 def build_directory() -> Path:
@@ -52,6 +57,36 @@ def source_key(*folders: Path) -> str:
             if path.is_file() and "__pycache__" not in path.parts:
                 parts += [str(path.relative_to(folder)), path.read_bytes()]
     return content_key(parts)
+
+
+def code_key(*folders: Path) -> str:
+    """Return a hash of the code below `folders`, or in files: comments and docstrings do not count.
+
+    What is measured, or takes minutes to build, is not made again for a better word.
+    """
+    parts: list[str | bytes] = []
+    for folder in folders:
+        for path in sorted(folder.rglob("*")) if folder.is_dir() else [folder]:
+            if path.is_file() and "__pycache__" not in path.parts:
+                parts += [str(path.relative_to(folder)), _code(path)]
+    return content_key(parts)
+
+
+def _code(path: Path) -> str | bytes:
+    """Return what a file does: its syntax tree, or its text without comments."""
+    if path.suffix == ".py":
+        tree = ast.parse(path.read_bytes())
+        for node in ast.walk(tree):
+            if isinstance(node, (ast.Module, ast.ClassDef, ast.FunctionDef)) and ast.get_docstring(node) is not None:
+                node.body[0] = ast.Pass()
+        return ast.dump(tree)
+    if path.suffix in (".c", ".h", ".cpp"):
+        return "\n".join(line for line in map(str.rstrip, C_COMMENT.sub(_blank, path.read_text()).splitlines()) if line)
+    return path.read_bytes()
+
+
+def _blank(found: re.Match[str]) -> str:
+    return " " if found[0].startswith("/") else found[0]
 
 
 @contextlib.contextmanager

@@ -17,11 +17,11 @@ from importlib.metadata import version
 from pathlib import Path
 
 from ...firmware   import FIRMWARE_DIR
-from ..build.paths import LITEX_PACKAGES, PACKAGE_DIR, build_directory, built_once, content_key, source_key
+from ..build.paths import LITEX_PACKAGES, PACKAGE_DIR, build_directory, built_once, code_key, content_key, source_key
 from ..build.tools import ToolError, run_logged
 
-# What a board's Verilog, headers and libraries are generated from, besides LiteX and `generate.py`.
-GENERATED_FROM = [PACKAGE_DIR / folder for folder in ("gateware", "soc/build", "soc/parts", "soc/boards")]
+# What a board's Verilog, headers and libraries are generated from, besides LiteX.
+GENERATED_FROM = [PACKAGE_DIR / one for one in ("gateware", "soc/build", "soc/parts", "soc/boards", "soc/flow/generate.py")]
 
 @dataclass(frozen=True)
 class Sources:
@@ -56,7 +56,7 @@ def sources(board: str, changes: dict | None = None) -> Sources:
     """
     changes = changes or {}
     key     = content_key([board, json.dumps(changes, sort_keys=True), *(version(name) for name in
-        (*LITEX_PACKAGES, "litex-boards")), (PACKAGE_DIR / "soc" / "flow" / "generate.py").read_bytes(), source_key(*GENERATED_FROM)])
+        (*LITEX_PACKAGES, "litex-boards")), code_key(*GENERATED_FROM)])
 
     def generate(folder: Path) -> None:
         run_python("litestereo.soc.flow.generate", board, str(folder), json.dumps(changes), folder=folder, log="generate.log")
