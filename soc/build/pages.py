@@ -1,0 +1,79 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""Pages that are written by a command: each carries the content key of what it was made from."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from .paths import PACKAGE_DIR
+
+MARK = re.compile(r"^<!-- made from ([0-9a-f]{16}) by make ([\w-]+) -->\n", re.MULTILINE)
+
+
+@dataclass(frozen=True)
+class Page:
+    """A page, or the part of one that a command writes.
+
+    Parameters
+    ----------
+    name
+        Path from the checkout on.
+    target
+        Target of the Makefile that writes it.
+    key
+        Return the content key of what the page would be made from now.
+    minutes
+        About how long the target takes on two cores; 0 for less than a minute.
+    """
+
+    name:    str
+    target:  str
+    key:     Callable[[], str]
+    minutes: int = 0
+
+    @property
+    def path(self) -> Path:
+        """The file."""
+        return PACKAGE_DIR / self.name
+
+    def stamped(self, text: str) -> str:
+        """Return the page's text with the mark as its last line, or in place of the mark that it has.
+
+        Raises
+        ------
+        ValueError
+            The text has several marks of this target.
+        """
+        mark  = f"<!-- made from {self.key()} by make {self.target} -->\n"
+        found = [one for one in MARK.finditer(text) if one[2] == self.target]
+        if len(found) > 1:
+            raise ValueError(f"{self.name} has {len(found)} marks of make {self.target}: leave one")
+        if found:
+            return text[:found[0].start()] + mark + text[found[0].end():]
+        return text.rstrip("\n") + "\n\n" + mark
+
+    def made_from(self) -> str | None:
+        """Return the key that the page carries; None if there is no page, or no mark in it."""
+        if not self.path.is_file():
+            return None
+        return next((one[1] for one in MARK.finditer(self.path.read_text()) if one[2] == self.target), None)
+
+    def write(self, text: str) -> None:
+        """Write the page with its mark."""
+        self.path.write_text(self.stamped(text))
+
+    def stale(self) -> str | None:
+        """Return what is wrong in a line, or None if the page is of this tree."""
+        now, made_from = self.key(), self.made_from()
+        if made_from == now:
+            return None
+        took = f", about {self.minutes} minutes" if self.minutes else ""
+        state = f"is made from {made_from}, the tree has {now}" if made_from else "says nothing of what it was made from"
+        return f"{self.name} {state}: run make {self.target}{took}"
