@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Mapping
+from pathlib import Path
 
 from litex.gen import LiteXModule
 from migen import Signal
@@ -48,8 +49,11 @@ class PinCore(VerilatedCore):
         Any module.
     inputs, outputs
         Signals of the core to drive and to read, by the names that the ports get.
+    trace
+        File for a waveform, .vcd or .fst: see `VerilatedCore`.
     """
-    def __init__(self, core: LiteXModule, inputs: Mapping[str, Signal], outputs: Mapping[str, Signal]) -> None:
+    def __init__(self, core: LiteXModule, inputs: Mapping[str, Signal], outputs: Mapping[str, Signal],
+                 trace: Path | None = None) -> None:
         top = PortsTop(core)
         for name, signal in inputs.items():
             top.comb += signal.eq(top.port(f"pin_{name}", len(signal)))
@@ -59,7 +63,7 @@ class PinCore(VerilatedCore):
         widths       = {"sys_rst": 1} | pins
         self._ports  = {name: index for index, name in enumerate(widths)}
         self._words  = {name: (ctypes.c_uint32*-(-bits//32))() for name, bits in widths.items()}
-        VerilatedCore.__init__(self, top, ports_header(widths), "pin_bench.cpp")
+        VerilatedCore.__init__(self, top, ports_header(widths), "pin_bench.cpp", trace)
         self.reset()
 
     def set(self, **values: int) -> None:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from migen import Cat
@@ -110,8 +111,11 @@ class StreamCore(VerilatedCore):
         The core never stalls and has no ready.
     status
         Names of the core's Signals that `get` may read.
+    trace
+        File for a waveform, .vcd or .fst: see `VerilatedCore`.
     """
-    def __init__(self, core, settings: Sequence[str] = (), pipeline: bool = False, status: Sequence[str] = ()) -> None:
+    def __init__(self, core, settings: Sequence[str] = (), pipeline: bool = False, status: Sequence[str] = (),
+                 trace: Path | None = None) -> None:
         self.settings    = list(settings)
         self.status      = list(status)
         top              = StreamTop(core, settings, pipeline, status)
@@ -121,7 +125,7 @@ class StreamCore(VerilatedCore):
         self.sink_words   = -(-bits["sink"]//32)
         self.source_words = -(-bits["source"]//32)
         VerilatedCore.__init__(self, top, ports_header(bits["sink"], bits["source"], settings, status),
-                               "stream_bench.cpp")
+                               "stream_bench.cpp", trace)
         for name, types in [("core_reset", []), ("core_run", [ctypes.POINTER(_Run)]),
                             ("core_set", [ctypes.c_uint32, ctypes.c_uint32]), ("core_get", [ctypes.c_uint32])]:
             function          = getattr(self._library, name)

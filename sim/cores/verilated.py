@@ -36,9 +36,13 @@ COMPILATION = ["CXX=clang++", f"OPT_FAST={os.environ.get('LITESTEREO_OPTIMIZATIO
 #: What a model counts while it runs, by `LITESTEREO_COVERAGE`. Toggles make one a hundred times slower.
 COVERAGE_OPTIONS = {"": [], "line": ["--coverage-line"], "toggle": ["--coverage-line", "--coverage-toggle"]}
 
-#: Verilator's own part of a model, which takes longer to compile than most cores; with counters the last one as well.
-RUNTIME_OBJECTS  = ["verilated.o", "verilated_threads.o"]
-COVERAGE_OBJECTS = ["verilated_cov.o"]
+#: Waveforms that a model can write, by the ending of the file.
+TRACE_OPTIONS = {".vcd": ["--trace"], ".fst": ["--trace-fst", "-LDFLAGS", "-lz"]}
+
+#: Verilator's own part of a model, which takes longer to compile than most cores; and what else an option needs.
+RUNTIME_OBJECTS = ["verilated.o", "verilated_threads.o"]
+OPTION_OBJECTS  = {"--coverage-line": "verilated_cov.o", "--trace": "verilated_vcd_c.o",
+                   "--trace-fst": "verilated_fst_c.o"}
 
 
 class PortsTop(LiteXModule):
@@ -67,7 +71,7 @@ def compile_model(folder: Path, options: list[str], sources: list[str], targets:
 
 def build_runtime(options: list[str], version: str) -> list[Path]:
     """Compile Verilator's own part of all models with the same options, once; return its objects."""
-    objects = RUNTIME_OBJECTS + (COVERAGE_OBJECTS if "--coverage-line" in options else [])
+    objects = RUNTIME_OBJECTS + [name for option, name in OPTION_OBJECTS.items() if option in options]
 
     def build(folder: Path) -> None:
         (folder / "core.v").write_text("module core(input sys_clk); endmodule\n")
@@ -79,7 +83,7 @@ def build_runtime(options: list[str], version: str) -> list[Path]:
     return [folder / name for name in objects]
 
 
-def build_library(top: PortsTop, header: str, bench: str) -> Path:
+def build_library(top: PortsTop, header: str, bench: str, trace: str = "") -> Path:
     """Emit Verilog, compile it with the bench, once for each content; return the shared library.
 
     Memories have garbage where block RAM promises nothing: see `with_garbage`.
@@ -92,6 +96,8 @@ def build_library(top: PortsTop, header: str, bench: str) -> Path:
         Contents of `ports.h`, which tells the bench what the ports are.
     bench
         Name of the bench's C++ file, in this folder.
+    trace
+        Ending of the waveform that the model writes, one of `TRACE_OPTIONS`; none if empty.
 
     Raises
     ------
@@ -100,7 +106,8 @@ def build_library(top: PortsTop, header: str, bench: str) -> Path:
     """
     source  = with_garbage(str(verilog.convert(top, ios=top.ios, name="core")))
     sources = {name: (HERE / name).read_text() for name in ("core.h", bench)} | {"ports.h": header}
-    options = [*VERILATOR_OPTIONS, *COVERAGE_OPTIONS[os.environ.get("LITESTEREO_COVERAGE", "")]]
+    options = [*VERILATOR_OPTIONS, *COVERAGE_OPTIONS[os.environ.get("LITESTEREO_COVERAGE", "")],
+               *TRACE_OPTIONS.get(trace, [])]
     version = subprocess.run(["verilator", "--version"], check=True, capture_output=True, text=True).stdout
     # Comments hold the date.
     logic   = re.sub(r"^//.*$", "", source, flags=re.MULTILINE)

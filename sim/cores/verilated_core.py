@@ -14,7 +14,7 @@ import weakref
 from pathlib import Path
 
 from ...soc.build.paths import build_directory
-from .verilated import PortsTop, build_library
+from .verilated import TRACE_OPTIONS, PortsTop, build_library
 
 _numbers = itertools.count()
 
@@ -22,6 +22,32 @@ _numbers = itertools.count()
 def coverage_directory() -> Path:
     """Where models leave how often they ran each line, if `LITESTEREO_COVERAGE` is set: a folder per core."""
     return build_directory() / os.environ.get("LITESTEREO_COVERAGE_DIRECTORY", "coverage")
+
+
+def waveform_file(core: str, trace: Path | None) -> Path | None:
+    """Return the file for the waveform of a model, or None if none is wanted.
+
+    Parameters
+    ----------
+    core
+        Name of the core's class.
+    trace
+        The file that was asked for. If None, `LITESTEREO_TRACE` names a folder, which gets a file for each model,
+        called after the core and numbered.
+
+    Raises
+    ------
+    ValueError
+        The file ends otherwise than those of `TRACE_OPTIONS`.
+    """
+    folder = os.environ.get("LITESTEREO_TRACE")
+    if trace is None and folder:
+        trace = Path(folder) / f"{core}-{os.getpid()}-{next(_numbers)}.fst"
+    if trace is not None:
+        if trace.suffix not in TRACE_OPTIONS:
+            raise ValueError(f"a waveform is a file that ends in {' or '.join(TRACE_OPTIONS)}, not {trace}")
+        trace.parent.mkdir(parents=True, exist_ok=True)
+    return trace
 
 
 def _free(library: ctypes.CDLL, core: ctypes.c_void_p, folder: Path, process: int) -> None:
@@ -42,13 +68,17 @@ class VerilatedCore:
         Top level around the core.
     header, bench
         See `build_library`.
+    trace
+        File for the waveform of all that the model does: see `waveform_file`. It is whole once the model is freed.
     """
-    def __init__(self, top: PortsTop, header: str, bench: str) -> None:
-        path          = build_library(top, header, bench)
+    def __init__(self, top: PortsTop, header: str, bench: str, trace: Path | None = None) -> None:
+        self.waveform = waveform_file(type(top.core).__name__, trace)
+        path          = build_library(top, header, bench, self.waveform.suffix if self.waveform else "")
         self._library = ctypes.CDLL(str(path))
         self._library.core_new.restype   = ctypes.c_void_p
+        self._library.core_new.argtypes  = [ctypes.c_char_p]
         self._library.core_free.argtypes = [ctypes.c_void_p, ctypes.c_char_p]
-        self._core    = ctypes.c_void_p(self._library.core_new())
+        self._core    = ctypes.c_void_p(self._library.core_new(str(self.waveform or "").encode()))
         folder        = coverage_directory() / type(top.core).__name__ / path.parents[1].name
         self._end     = weakref.finalize(self, _free, self._library, self._core, folder, os.getpid())
 

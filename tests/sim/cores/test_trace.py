@@ -1,0 +1,76 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""Waveforms of cores: every clock is in them, and the signals by their names."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+from litex.gen import LiteXModule
+from litex.soc.interconnect import stream
+from migen import Signal
+
+from litestereo.sim.cores.pin_core import PinCore
+from litestereo.sim.cores.stream_core import StreamCore
+
+
+class Counter(LiteXModule):
+    """Counts the clocks, and passes on what comes."""
+    def __init__(self):
+        self.sink   = stream.Endpoint([("data", 8)])
+        self.source = stream.Endpoint([("data", 8)])
+        self.clocks = Signal(8)
+        self.sync += self.clocks.eq(self.clocks + 1)
+        self.comb += self.sink.connect(self.source)
+
+
+def changes(text, name):
+    """Values of a signal in the order of a VCD file."""
+    code = re.search(rf"\$var wire +\d+ (\S+) {name} ", text)[1]
+    return [int(value, 2) for value in re.findall(rf"^b?([01]+) ?{re.escape(code)}$", text, re.MULTILINE)]
+
+
+def test_each_clock_is_in_it(tmp_path):
+    """A reset, ten clocks and the time that they take at 100 MHz."""
+    core = Counter()
+    path = tmp_path / "waves" / "counter.vcd"
+    pins = PinCore(core, {}, {"clocks": core.clocks}, trace=path)
+    for _ in range(10):
+        pins.clock()
+    assert pins.get("clocks") == 10
+    pins.close()
+    text = path.read_text()
+    assert changes(text, "pin_clocks")[-10:] == list(range(1, 11))
+    assert "$timescale 1ps $end" in text
+    assert int(re.findall(r"^#(\d+)$", text, re.MULTILINE)[-1]) == 11*10_000
+
+
+def test_a_stream_core_has_one_too(tmp_path):
+    """In the smaller format, by its ending."""
+    path = tmp_path / "stream.fst"
+    core = StreamCore(Counter(), trace=path)
+    core.run(np.arange(5, dtype=np.uint32), 5)
+    core.close()
+    assert core.waveform == path
+    assert path.stat().st_size > 100
+
+
+def test_every_model_of_a_test_run(tmp_path, monkeypatch):
+    """The folder that the variable names gets a file for each model; the one that is asked for goes where it should."""
+    monkeypatch.setenv("LITESTEREO_TRACE", str(tmp_path))
+    asked = tmp_path / "asked.vcd"
+    for trace in (None, asked, None):
+        PinCore(Counter(), {}, {}, trace=trace).close()
+    assert len(list(tmp_path.glob("Counter-*.fst"))) == 2
+    assert asked.is_file()
+
+
+def test_another_ending_is_refused(tmp_path):
+    """With those that are known."""
+    with pytest.raises(ValueError, match="ends in .vcd or .fst, not .*wave.txt"):
+        PinCore(Counter(), {}, {}, trace=tmp_path / "wave.txt")
