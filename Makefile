@@ -23,8 +23,10 @@ JOBS  ?= 2
 BY_FILE := --dist loadfile --no-loadscope-reorder
 # Frames of `make soak`.
 N     ?= 100000
-# With all tests it is counted what they run.
-COUNTS = $(if $(filter tests,$(TESTS)),--count-gateware --cov=host_tools --cov-report= --cov-fail-under=90)
+# COUNT=1 counts what all tests run: `make test` begins, `make test-long` goes on, and fails below the floors.
+COUNT ?=
+BEGIN_COUNT = $(if $(COUNT),--count-gateware --cov=host_tools --cov-report=)
+END_COUNT   = $(if $(COUNT),--count-gateware-on --cov=host_tools --cov-append --cov-report= --cov-fail-under=90)
 
 export LITESTEREO_BUILD := $(CURDIR)/build
 export COVERAGE_FILE    := $(LITESTEREO_BUILD)/host_tools.coverage
@@ -43,11 +45,13 @@ install: ## Install what is missing: Debian packages, and Python packages in .ve
 demo: install ## Match a real pair on the full system in simulation, and check every pixel
 	@$(PYTHON) -m litestereo.sim.demo
 
-test: install ## Run all tests, the linters first
-	@$(PYTHON) -m ruff check .
-	@$(PYTHON) -m mypy
+test: lint ## Run the linters, and the tests that a person waits for
 	@mkdir -p $(LITESTEREO_BUILD)
-	@$(PYTHON) -m pytest -n $(JOBS) $(BY_FILE) $(COUNTS) $(TESTS)
+	@$(PYTHON) -m pytest -n $(JOBS) $(BY_FILE) $(BEGIN_COUNT) -m "not long" $(TESTS)
+
+test-long: install ## Run the tests that make test leaves out
+	@mkdir -p $(LITESTEREO_BUILD)
+	@$(PYTHON) -m pytest -n $(JOBS) $(BY_FILE) $(END_COUNT) -m long $(TESTS)
 
 sim: install ## Run the full system in simulation: udp://127.0.0.1:UDP_PORT, and its UART on tcp://127.0.0.1:PORT
 	@$(PYTHON) -m litestereo.sim.system.serve --port $(PORT) --udp-port $(UDP_PORT) --ram $(RAM)
@@ -110,7 +114,9 @@ fuzz: install ## Ten million datagrams into the firmware, a hundred thousand int
 	@$(LITESTEREO_BUILD)/fuzz/fuzz_udp 1 10000000
 	@LITESTEREO_DATAGRAMS=100000 $(PYTHON) -m pytest -q -rP tests/gateware/link/test_frame_link_fuzz.py
 
-coverage: test ## Run all tests, and write what they have run of gateware, firmware and host tools to docs/coverage.md
+coverage: ## Run all tests, and write what they have run of gateware, firmware and host tools to docs/coverage.md
+	@$(MAKE) -s test COUNT=1
+	@$(MAKE) -s test-long COUNT=1
 	@PYTHONPATH=tests $(PYTHON) -m campaigns.coverage
 
 soak: install ## Have N small frames matched while link, memory, clocks, firmware and host fail; none may be lost
@@ -136,5 +142,5 @@ lint: install ## Check style and types
 clean: ## Remove everything that was built, but not .venv
 	rm -rf build
 
-.PHONY: help install demo test sim example bench resources network thesis boards bitstream load flash boards-sim \
+.PHONY: help install demo test test-long sim example bench resources network thesis boards bitstream load flash boards-sim \
 	boards-check boards-doc reproduce sbom sweep fuzz fuzz-firmware coverage soak formal mutation lock lint clean

@@ -3,44 +3,68 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""With `--count-gateware`, which is for a run of all tests, the lines of the gateware that they run are counted, and
-too few are a failure."""
+"""Count the lines of the gateware that the tests run.
+
+`--count-gateware` begins, and leaves its counts in the build folder. `--count-gateware-on` goes on from the counts that
+the first part of the tests has left, and fails if both together have run too few: it is for the second part. Without a
+first part of the same code it counts nothing.
+"""
 
 from __future__ import annotations
 
 import os
 import shutil
+from pathlib import Path
 
 import pytest
 from migen.fhdl import tracer
 
 from campaigns.coverage import gateware
 from litestereo.sim.cores.verilated_core import coverage_directory
+from litestereo.soc.build.paths import PACKAGE_DIR, build_directory, code_key
 
 #: Of the gateware's lines, what the tests have run.
 PERCENT = pytest.StashKey[float]()
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    parser.addoption("--count-gateware", action="store_true",
-                     help="count the lines of the gateware that are run, for all tests")
+    parser.addoption("--count-gateware", action="store_true", help="begin to count the lines of the gateware")
+    parser.addoption("--count-gateware-on", action="store_true",
+                     help="go on counting after --count-gateware, and fail below the floor")
 
 
-def _counts(config: pytest.Config) -> bool:
+def _first_part() -> Path:
+    """Return the file that says of which code the counts are."""
+    return build_directory() / "coverage.key"
+
+
+def _gateware_key() -> str:
+    return code_key(PACKAGE_DIR / "gateware")
+
+
+def _begins(config: pytest.Config) -> bool:
     # With xdist the workers run the tests, and the other process looks at what they have left.
     return config.getoption("count_gateware") and not hasattr(config, "workerinput")
 
 
+def _judges(config: pytest.Config) -> bool:
+    known = _first_part().read_text() if _first_part().is_file() else ""
+    return config.getoption("count_gateware_on") and not hasattr(config, "workerinput") and known == _gateware_key()
+
+
 def pytest_configure(config: pytest.Config) -> None:
-    if config.getoption("count_gateware"):
+    if config.getoption("count_gateware") or config.getoption("count_gateware_on"):
         os.environ["LITESTEREO_COVERAGE"] = "line"
-    if _counts(config):
+    if _begins(config):
+        _first_part().unlink(missing_ok=True)
         shutil.rmtree(coverage_directory(), ignore_errors=True)
         coverage_directory().mkdir(parents=True)
 
 
 def pytest_sessionfinish(session: pytest.Session) -> None:
-    if _counts(session.config):
+    if _begins(session.config) and session.exitstatus == pytest.ExitCode.OK:
+        _first_part().write_text(_gateware_key())
+    if _judges(session.config):
         percent = gateware.percent(gateware.read(coverage_directory()))
         session.config.stash[PERCENT] = percent
         if percent < gateware.LINES_FLOOR and session.exitstatus == pytest.ExitCode.OK:
@@ -48,7 +72,9 @@ def pytest_sessionfinish(session: pytest.Session) -> None:
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: pytest.Config) -> None:
-    if _counts(config):
+    if config.getoption("count_gateware_on") and PERCENT not in config.stash:
+        terminalreporter.write_line("gateware: its lines were not counted, as make test has not run on this code")
+    elif PERCENT in config.stash:
         terminalreporter.write_line(f"gateware: the tests have run {config.stash[PERCENT]:.1f} % of its lines"
                                     f" (floor: {gateware.LINES_FLOOR:g} %)")
 

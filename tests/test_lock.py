@@ -122,6 +122,7 @@ def wheel(folder, name):
     return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
+@pytest.mark.long
 def test_wrong_hash(tmp_path):
     """.ci/install takes a file with the right hash, and stops at a wrong one."""
     locks = tmp_path / ".ci" / "lock"

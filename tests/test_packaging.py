@@ -59,6 +59,7 @@ def test_contents(wheel):
     assert not [name for name in listed if name not in inside]
 
 
+@pytest.mark.long
 def test_use(wheel, tmp_path):
     """Installed by itself, away from the checkout, it runs."""
     site = tmp_path / "site"

@@ -16,7 +16,8 @@ from support.pairs import SEED
 
 pytestmark = pytest.mark.skipif(not shutil.which("clang"), reason="no clang: .ci/install")
 
-SECONDS = int(os.environ.get("LITESTEREO_FUZZ_SECONDS", "60"))
+#: Seconds for each target where there is time for it, and where a person waits.
+SECONDS, FEW_SECONDS = int(os.environ.get("LITESTEREO_FUZZ_SECONDS", "60")), 5
 
 #: Executions in a second that are the least to be expected of a busy computer.
 SLOWEST = {"cobs": 500, "message": 500, "pool": 500, "session": 50}
@@ -26,10 +27,11 @@ EDGES = {"cobs": 65, "message": 45, "pool": 200, "session": 750}
 
 
 @pytest.mark.parametrize("target", TARGETS)
-def test_no_fault(target):
-    result = run(target, SECONDS, SEED)
+@pytest.mark.parametrize("seconds", [FEW_SECONDS, pytest.param(SECONDS, marks=pytest.mark.long)])
+def test_no_fault(target, seconds):
+    result = run(target, seconds, SEED)
     assert result.crash is None, str(result)
-    assert result.executions >= SECONDS*SLOWEST[target], str(result)
+    assert result.executions >= seconds*SLOWEST[target], str(result)
     assert result.edges >= EDGES[target], str(result)
 
 

@@ -131,6 +131,7 @@ FAULTS = {
 CLOCKS = {border: 32, message_buffer: 22}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("fault", FAULTS)
 def test_a_fault_is_found(fault: str) -> None:
     """A proof of a broken core fails at the promise that the fault breaks."""
@@ -146,6 +147,7 @@ CREDITS = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("credit", CREDITS)
 def test_a_credit_too_many_is_found(credit: str) -> None:
     """A FIFO that would overflow after many clocks only is found by the induction."""

@@ -18,6 +18,7 @@ def measured():
     return firmware.measure()
 
 
+@pytest.mark.long
 def test_the_floors_hold(measured):
     lines, branches = firmware.totals(measured)
     page            = firmware.page(measured, missed=True)
@@ -25,6 +26,7 @@ def test_the_floors_hold(measured):
     assert branches >= firmware.BRANCHES_FLOOR, page
 
 
+@pytest.mark.long
 def test_every_source_is_measured(measured):
     """Or excluded with a reason, and what is excluded exists and is not measured all the same."""
     assert not firmware.unmeasured(measured)
@@ -59,6 +61,7 @@ def test_what_is_not_run_is_seen():
     assert branches < firmware.BRANCHES_FLOOR
 
 
+@pytest.mark.long
 def test_below_the_floor_is_a_failure(measured, monkeypatch, capsys):
     monkeypatch.setattr(firmware, "measure", lambda: measured)
     monkeypatch.setattr("sys.argv", ["coverage.firmware"])

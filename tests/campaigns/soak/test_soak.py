@@ -26,6 +26,7 @@ def soaked(running, frames):
     return run.Host(running, np.random.default_rng(SEED), lambda tally: None).run(frames)
 
 
+@pytest.mark.long
 def test_soak():
     """Faults on all sides, many times as often as in `make soak`: nothing is lost and nothing is wrong."""
     with machine(SEED, haste=40) as running:
@@ -36,6 +37,7 @@ def test_soak():
     assert running.counts["starts after watchdog"] == running.counts["hangs"]
 
 
+@pytest.mark.long
 def test_soak_of_a_matcher_with_its_own_clock():
     """Likewise, and the third clock is any multiple of the system's from a quarter up."""
     with machine(SEED, haste=40, own_clock=True) as running:
@@ -45,6 +47,7 @@ def test_soak_of_a_matcher_with_its_own_clock():
     assert all(running.counts[name] > 0 for name in ("stalls", "freezes", "bus_errors", "resets", "hangs", "ratios"))
 
 
+@pytest.mark.long
 def test_a_wrong_map_is_found(monkeypatch):
     """One pixel of one expected map is another."""
     def altered(rng, count):
@@ -56,6 +59,7 @@ def test_a_wrong_map_is_found(monkeypatch):
         assert soaked(running, 100).wrong == 1
 
 
+@pytest.mark.long
 def test_a_lost_frame_is_found(monkeypatch):
     """Nothing gets through any more after the first frames."""
     monkeypatch.setattr(run, "MOST_TRIES", 2)
@@ -69,6 +73,7 @@ def test_a_lost_frame_is_found(monkeypatch):
     assert tally.lost == 1 and tally.frames < 100
 
 
+@pytest.mark.long
 def test_a_machine_that_ends_by_itself_is_an_error():
     """It is not taken for something to recover from."""
     with pytest.raises(RuntimeError, match="ended with status"), machine(SEED, haste=0) as running:

@@ -10,6 +10,8 @@ from __future__ import annotations
 import os
 import random
 
+import pytest
+
 from litestereo.host_tools.protocol.messages import CHUNK_BYTES
 from support.link_bench import (
     MAILBOX_BASE,
@@ -108,6 +110,7 @@ class Hostile:
                    for opened, pixels in self.open.values())
 
 
+@pytest.mark.long
 def test_nothing_is_written_but_chunks():
     rng  = byte_generator(DATAGRAMS)
     link = LinkBench(8*WORD_BYTES)

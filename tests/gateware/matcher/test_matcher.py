@@ -47,6 +47,7 @@ def check(matcher, left, right, settings, **flow):
     return clocks, first_row
 
 
+@pytest.mark.long
 def test_awkward_images(matcher):
     """Any settings, ties, saturation and stripes, with gaps on both sides."""
     rng = generator(30)
@@ -123,6 +124,7 @@ def test_reset_in_mid_frame(matcher):
         check(matcher, left, right, any_settings(rng))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("disparities", [64, 128])
 def test_one_pixel_per_clock(disparities):
     """640x480 with everything on, at any setting: 1.05 clocks a pixel at block 9; rows are out in time."""
@@ -148,6 +150,7 @@ def test_one_pixel_per_clock(disparities):
     (48, 11, ["raw", "left_right"]), (32, 9, ["xsobel", "texture", "uniqueness"]),
     (32, 9, ["xsobel", "raw", "subpixel"]), (32, 9, ["raw", "min_disparity", "median"]),
 ], ids=str)
+@pytest.mark.long
 def test_built_sizes(disparities, max_block_size, features):
     """The least and the most that can be built, a number of disparities that is no power of two, fewer stages."""
     rng       = generator(36, disparities)

@@ -22,6 +22,9 @@ from support.settings import drawn_settings
 SETTINGS = int(os.environ.get("LITESTEREO_SETTINGS", "200"))
 PARTS    = 4
 
+#: Of these pairs, which are several times as large as the others, a tenth of the settings.
+LARGE_PAIRS = ("aloe",)
+
 #: Disparities that are drawn, at most.
 LARGEST = 64
 
@@ -45,6 +48,7 @@ def matchers():
         matcher.close()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("part", range(PARTS))
 @pytest.mark.parametrize("name", PAIRS)
 def test_data_sets(matchers, name, part):
@@ -55,7 +59,7 @@ def test_data_sets(matchers, name, part):
     """
     pair = stereo_pair(name)
     rng  = generator(70, part)
-    for _ in range(-(-SETTINGS//PARTS)):
+    for _ in range(-(-SETTINGS//(PARTS*10 if name in LARGE_PAIRS else PARTS))):
         settings      = drawn_settings(rng)
         matcher       = matchers[LARGEST if part == 0 else settings.disparities]
         disparity, *_ = matcher.match_settings(pair.left, pair.right, settings)

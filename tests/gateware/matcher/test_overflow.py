@@ -61,6 +61,7 @@ def test_block_sum(block_size):
     assert (out == (count*block_size*WHITE)[None, :, None]).all()
 
 
+@pytest.mark.long
 def test_all_black_against_all_white():
     """The whole matcher at the largest block; and with a few columns that cost a little less, which have to win."""
     size     = DISPARITIES + 2*MAX_BLOCK_SIZE

@@ -433,6 +433,7 @@ BARE = {"xsobel": 0, "texture_threshold": 0, "uniqueness_ratio": 0, "disp12_max_
                       {"min_disparity": 1}, {"median": 1}]),
     (("xsobel",), BARE | {"xsobel": 1}, [{"xsobel": 0}, {"texture_threshold": 1}]),
 ], ids=["raw", "xsobel"])
+@pytest.mark.long
 def test_stages_that_are_not_built(features, base, missing):
     """A frame that needs one is refused; without it is matched."""
     bench = Bench("wishbone-32", byte_generator(24, *features), features)

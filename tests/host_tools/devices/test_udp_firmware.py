@@ -86,7 +86,8 @@ def test_a_stream_of_pairs_of_all_sizes_comes_back_in_order(shared_url, patient)
     assert grown["requests_refused"] == grown["datagrams_malformed"] == 0
 
 
-@pytest.mark.parametrize(("seed", "frames"), [(0, 2000), (1, 40), (2, 40), (3, 40)])
+@pytest.mark.parametrize(("seed", "frames"), [
+    pytest.param(0, 2000, marks=pytest.mark.long), (1, 40), (2, 40), (3, 40)])
 def test_many_small_frames_on_a_bad_network(seed, frames):
     """Datagrams are lost, doubled, delayed and changed on their way, in both directions."""
     sent = pairs(frames, 64, 20, 71)

@@ -63,6 +63,7 @@ def assert_shows(simulation, disparity, settings, limit_s=600):
     assert "[video2file]" not in simulation.log()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("board", BOARDS)
 def test_board(board):
     """Boot program, RAM of its kind and width, preset: as on the board; pins and clocks are the simulator's.

@@ -70,6 +70,7 @@ def chunk_count(left):
     return 2*-(-left.size // CHUNK_BYTES)
 
 
+@pytest.mark.long
 def test_settings_and_sizes(url):
     """Odd sizes, the smallest and the largest image, with the settings changed between frames."""
     rng = generator(60)
@@ -79,6 +80,7 @@ def test_settings_and_sizes(url):
             check_stream(device, [textured_pair(width, height, rng)], MatcherSettings(disparities, block_size))
 
 
+@pytest.mark.long
 def test_every_setting(url):
     """Each takes effect on the next frame, whatever the one before had."""
     rng = generator(61)
@@ -89,6 +91,7 @@ def test_every_setting(url):
             check_stream(device, [textured_pair(width + 9, height + 4, rng, 5)], settings)
 
 
+@pytest.mark.long
 def test_next_upload_overlaps_match(device, url):
     """Chunks of the frames behind are taken while one is matched; without faults nothing is sent twice or dropped."""
     rng    = generator(62)
@@ -133,6 +136,7 @@ def at_rest(port, before, name, expected):
         time.sleep(0.1)
 
 
+@pytest.mark.long
 def test_bad_network(device):
     """Datagrams are lost, doubled, delayed and changed, both ways: no frame is lost or swapped, each is counted."""
     rng      = generator(64)
@@ -166,6 +170,7 @@ def test_bad_network(device):
     assert (sent.chunks_sent, sent.parts_received) == (chunks, 3*FRAMES)
 
 
+@pytest.mark.long
 def test_large_frames_on_a_bad_network(device, url):
     """Uploads of many batches, maps of many READs, with one frame matched while others move."""
     rng   = generator(66)
@@ -177,6 +182,7 @@ def test_large_frames_on_a_bad_network(device, url):
     check_small_frame(url)
 
 
+@pytest.mark.long
 def test_noise(device, url):
     """Datagrams of any bytes and any length, right before hello and while a frame moves, harm nothing."""
     rng    = byte_generator(68)
@@ -208,6 +214,7 @@ def one_line(error):
     return text
 
 
+@pytest.mark.long
 def test_second_host_waits(device, url):
     """It is told that the device is in use, as is one at the serial line, and gets in after the first one's bye."""
     pair = textured_pair(110, 60, generator(69))
@@ -258,6 +265,7 @@ def host_in_mid_upload(url):
             host.kill()
 
 
+@pytest.mark.long
 def test_host_killed_in_mid_upload(device, url):
     """The next host gets its frame after five simulated seconds, and the counters tell of the slot taken back."""
     before = counters(device.port)
@@ -271,6 +279,7 @@ def test_host_killed_in_mid_upload(device, url):
     assert grown(before, counters(device.port))["frames_reclaimed"] == 1
 
 
+@pytest.mark.long
 def test_host_asleep_in_mid_upload(device, url):
     """Another host takes the device over; the one that wakes up says so, and its chunks go nowhere."""
     before = counters(device.port)
@@ -288,6 +297,7 @@ def test_host_asleep_in_mid_upload(device, url):
     assert (change["frames_reclaimed"], change["sessions"]) == (1, 3)
 
 
+@pytest.mark.long
 def test_old_token(device, url):
     """After another session neither requests nor chunks of the old one count, and one error tells its host."""
     pair = textured_pair(110, 60, generator(71))
@@ -314,6 +324,7 @@ def test_old_token(device, url):
 
 # Devices that restart, and ports.
 
+@pytest.mark.long
 def test_device_restarts_in_mid_upload():
     """The host of before is told, once, and soon; a new connection matches right. So with a device that is gone."""
     pair    = textured_pair(320, 200, generator(72))
@@ -346,6 +357,7 @@ def test_device_restarts_in_mid_upload():
             simulation.close()
 
 
+@pytest.mark.long
 def test_fast_wire():
     """A wire twice as fast as the SoC, as that of a board is: nothing is dropped for want of time."""
     rng = generator(73)

@@ -43,6 +43,7 @@ def steps(disparity):
     return FOCAL_PIXELS*BASELINE_MM/(disparity + 1), FOCAL_PIXELS*BASELINE_MM/(disparity - 1)
 
 
+@pytest.mark.long
 def test_obstacle():
     """Each frame's obstacle is in its sector and at its distance, the wall is in the others, and the alarm is right."""
     with contextlib.closing(run_example("obstacle")) as lines:
@@ -63,6 +64,7 @@ def test_obstacle():
     assert alarms == 4
 
 
+@pytest.mark.long
 def test_throughput():
     """Frame upon frame costs little more than the matcher's own clocks, and the last map is right."""
     first, second = run_example("throughput")
@@ -79,6 +81,7 @@ def test_throughput():
                              f"{10**6//clocks} frames per second")
 
 
+@pytest.mark.long
 def test_recovery():
     """A condition that does not hold, a program that hangs, and one that is deaf as well: each start says what was."""
     program = (FIRMWARE_DIR / "examples" / "recovery.c").read_text().splitlines()

@@ -20,6 +20,7 @@ from support.pairs import generator, textured_pair
 pytestmark = pytest.mark.system
 
 
+@pytest.mark.long
 def test_sdram():
     """LiteX's BIOS boots the firmware from flash; memory is LiteDRAM's model of the chip, the wire a board's."""
     with start_simulation("sdram", byte_clock_hz=SYS_CLK_HZ*125//60) as simulation:

@@ -51,6 +51,7 @@ def growth(device, before):
     return {name: value - before[name] for name, value in counters(device.port).items()}
 
 
+@pytest.mark.long
 def test_frames_of_all_sizes_and_settings(device, url):
     """No loss, so nothing is sent twice, and no map is read but what found no room."""
     rng    = generator(80)
@@ -84,6 +85,7 @@ def test_streamed_and_stored_frames_in_turn(device, url):
             check(host, [textured_pair(120, 40, rng, shift) for shift in (3, 9, 15)], SETTINGS)
 
 
+@pytest.mark.long
 def test_bad_network(device, url):
     """Loss, duplicates, disorder and flipped bits both ways: what is behind a loss goes once more."""
     rng    = generator(82)
@@ -99,6 +101,7 @@ def test_bad_network(device, url):
     check_small_frame(url)
 
 
+@pytest.mark.long
 def test_stream_dropped_half_way(device, url):
     """The frames under way are given up, the one that is being matched as well; the next ones are right."""
     rng   = generator(84)

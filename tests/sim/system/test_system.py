@@ -16,11 +16,13 @@ import subprocess
 import sys
 import time
 
+import numpy as np
 import pytest
 
 from litestereo.host_tools.core.settings import MatcherSettings
 from litestereo.host_tools.devices.connect import connect
 from litestereo.sim.bench.clocks import measure
+from litestereo.sim.models.stereo_bm import StereoSettings
 from litestereo.sim.system.build import SimulationError
 from litestereo.sim.system.simulation import start_simulation
 from support.assert_stream import check_small_frame, check_stream
@@ -65,6 +67,7 @@ def test_selftest_and_console(url):
         assert device.statistics()["matcher_interrupts"] > 0
 
 
+@pytest.mark.long
 def test_one_pixel_per_clock(url):
     """640x480, 64 disparities, block 9, memory to memory, every stage on or none; the map's CRC-32 is the model's."""
     with connect(url) as device:
@@ -76,6 +79,7 @@ def test_one_pixel_per_clock(url):
         assert measure(device, (160, 32, 64, 9, "sad"), "cpu_bench").clocks_per_pixel > 100
 
 
+@pytest.mark.long
 def test_next_upload_overlaps_match(url):
     """Chunks of the second frame are taken while the first one is matched."""
     rng   = generator(50)
@@ -107,6 +111,7 @@ with connect(sys.argv[1]) as device:
 """
 
 
+@pytest.mark.long
 def test_every_setting(url):
     """Each takes effect on the next frame, whatever the one before had."""
     rng = generator(56)
@@ -118,6 +123,7 @@ def test_every_setting(url):
             check_stream(device, [textured_pair(width + 9, height + 4, rng, 5)], settings)
 
 
+@pytest.mark.long
 def test_host_killed_in_mid_upload(url):
     """The next host gets its frame at once, and the counters tell of the slot taken back."""
     with subprocess.Popen([sys.executable, "-c", UPLOAD_FOREVER, url], stdout=subprocess.PIPE, text=True) as host:
@@ -130,6 +136,7 @@ def test_host_killed_in_mid_upload(url):
         assert device.statistics()["frames_reclaimed"] > 0
 
 
+@pytest.mark.long
 def test_garbage_before_hello(port, url):
     """Noise on the line, half a frame included, harms nothing."""
     rng = generator(52)
@@ -140,6 +147,7 @@ def test_garbage_before_hello(port, url):
         check_small_frame(url)
 
 
+@pytest.mark.long
 def test_bad_line(port, url):
     """Bytes flipped, dropped, inserted and repeated both ways cost time but no pixel, and are counted."""
     rng     = generator(53)
@@ -156,11 +164,22 @@ def test_bad_line(port, url):
     check_small_frame(url)
 
 
+@pytest.mark.parametrize("link", ["serial", "udp"])
+def test_a_real_pair(simulation, url, link):
+    """A part of a real pair over either link: every pixel is cv2.StereoBM's."""
+    pair     = stereo_pair("motorcycle")
+    settings = MatcherSettings(64, 9)
+    left, right = (np.ascontiguousarray(image[200:240, :320]) for image in (pair.left, pair.right))
+    with connect(url if link == "serial" else f"udp://127.0.0.1:{simulation.udp_port}") as device:
+        result = device.compute(left, right, settings)
+    same_as_opencv(result.disparity, left, right, StereoSettings(**dataclasses.asdict(settings)))
+
+
 @pytest.mark.parametrize("name, count", [
-    ("tsukuba", 8),
-    ("venus", 4),
-    ("teddy", 4),
-    ("cones", 4),
+    pytest.param("tsukuba", 8, marks=pytest.mark.long),
+    pytest.param("venus", 4, marks=pytest.mark.long),
+    ("teddy", 2),
+    pytest.param("cones", 4, marks=pytest.mark.long),
 ])
 def test_opencv(simulation, name, count):
     """Real pairs over Ethernet, matched, and back, every pixel is cv2.StereoBM's, at drawn settings."""
@@ -174,6 +193,7 @@ def test_opencv(simulation, name, count):
             same_as_opencv(result.disparity, pair.left, pair.right, drawn)
 
 
+@pytest.mark.long
 def test_reset(simulation, url):
     """A reset in mid-session: the firmware says why it began anew, and both links work again."""
     with connect(url) as device:
@@ -199,6 +219,7 @@ def test_unknown_memory():
         start_simulation("core")
 
 
+@pytest.mark.long
 def test_serve():
     """`make sim`: says its URLs, works, and ends with Ctrl-C, taking its simulator along."""
     command = [sys.executable, "-m", "litestereo.sim.system.serve", "--port", "0", "--udp-port", "0"]
@@ -211,6 +232,7 @@ def test_serve():
         assert serve.wait(10) == 0
 
 
+@pytest.mark.long
 def test_no_orphans():
     """A simulator ends with the process that started it, even if that is killed."""
     program = ("from litestereo.sim.system.simulation import start_simulation\n"

@@ -16,6 +16,7 @@ from support.paths import CHECKOUT
 TAP_HOST = CHECKOUT / "tests" / "support" / "tap_host.py"
 
 
+@pytest.mark.long
 @pytest.mark.system
 def test_kernel_talks_to_the_soc():
     """ARP, ping and a hello over UDP."""

@@ -60,6 +60,7 @@ VENDOR_FILES = {"tang_primer_20k": ("run.tcl", "top.cst"),
                 "atlys":           ("top.prj", "top.ucf")}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("board", VENDOR_TOOLS)
 def test_vendor_sources(board, monkeypatch, tmp_path):
     """What a vendor's tool gets is whole: its script names files beside it, and the ROM holds the boot program."""

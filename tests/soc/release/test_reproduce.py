@@ -39,6 +39,7 @@ def sums(soc, folder, change=None):
     return found
 
 
+@pytest.mark.long
 def test_same(soc, tmp_path):
     """Both are the firmware that the checkout gives."""
     assert set(sums(soc, tmp_path)) == {sha256(build_firmware(soc))}
@@ -57,12 +58,14 @@ def replace(name, old, new):
     replace("Makefile", "-fmacro-prefix-map=$(FIRMWARE_DIR)/=", ""),
     replace("app/console.c", '"name: %s\\n"', '"name: %s " __DATE__ "\\n"'),
 ], ids=["path", "date"])
+@pytest.mark.long
 def test_different(soc, tmp_path, change):
     """A path or a date in the firmware does not go unnoticed."""
     first, second = sums(soc, tmp_path, change)
     assert first != second
 
 
+@pytest.mark.long
 def test_libraries(soc):
     """What the linker took is from libraries of the bill of materials; libgcc is not among them."""
     linked = set(re.findall(r"(lib\w+)\.a\(", (build_firmware(soc).parent / "litestereo.elf.map").read_text()))

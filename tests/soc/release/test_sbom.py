@@ -101,6 +101,7 @@ def test_other_version(monkeypatch):
         components.components()
 
 
+@pytest.mark.long
 def test_bitstream():
     """The generators that a board's SoC loads are those of the bill, and no others."""
     done = subprocess.run([sys.executable, "-c", LOADED], capture_output=True, text=True, check=True)
