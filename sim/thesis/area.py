@@ -58,12 +58,11 @@ def fields(result: dict[str, Any]) -> dict[str, object]:
 
 SECTIONS = [
     Section("Table 5.4", "resources", """\
-The matcher alone, for images {width} pixels wide, without CPU, memory and link;
-[resources.md](resources.md) says what the columns count and has more builds. The Spartan-6 is the family of
-the board of the thesis; its place and route is not open, so it has no clock here. The clock is that of an
-{device} ({package}, speed grade {grade}, the slowest), {constraint} MHz asked for. Placed
-are sums alone of up to {most} disparities; [resources.md](resources.md#place-and-route-on-an-ecp5) has a
-matcher with all stages. {tools}.
+The matcher alone, for images {width} pixels wide, without CPU, memory and link; [resources.md](resources.md)
+defines the columns and has more builds. The Spartan-6 is the family of the board of the thesis. There is no open
+place and route for it, so it has no clock here. The clock is that of an {device} ({package}, speed grade {grade},
+the slowest), with a constraint of {constraint} MHz. Only matchers without further stages are placed, of up to
+{most} disparities; [resources.md](resources.md#place-and-route-on-an-ecp5) has a matcher with all stages. {tools}.
 
 {table}""", measure, fields),
 ]

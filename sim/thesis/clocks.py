@@ -142,22 +142,20 @@ def rate_fields(result: dict[str, Any]) -> dict[str, object]:
 
 SECTIONS = [
     Section("Table 5.5", "clock cycles of an image pair", """\
-Frames of {width} x {height} pixels. `matcher alone` is its Verilog in Verilator, from the first pixel pair
-in to the last pixel of the map out, every map compared with the reference model. `full system` is
-litex_sim with integrated RAM, its memory to its memory, on a matcher that is built with all stages; its maps
-are compared too. A preset that this SoC is not built for has none. The number of disparities makes no
-difference but the length of the pipeline.
+Frames of {width} x {height} pixels. `matcher alone` is its Verilog in Verilator, from the first pixel pair in to
+the last pixel of the map out. `full system` is litex_sim with integrated RAM, from memory to memory, with a
+matcher that has all stages. Every map is compared with the reference model's. A preset that is too large for this
+SoC has no figure. The number of disparities only changes the length of the pipeline.
 
 {table}""", measure_clocks, clock_fields),
     Section("Table 5.6", "frame rates", """\
-Frames of {width} x {height} pixels. The two rates of the thesis are published, by its author's simulation;
-the clock behind them is not known to us. At {mhz} MHz, a round number and no measurement, and at the clock
-that each preset reaches after place and route (Table 5.4) ours are the clocks of the matcher alone, which
-memory has to keep up with. The last column is the clock at which ours would make as many frames as the
-thesis.
+Frames of {width} x {height} pixels. The two rates of the thesis are published, from its author's simulation; we do
+not know its clock. Our rates follow from the clocks of the matcher alone: at {mhz} MHz, a round number and not a
+measurement, and at the clock that each preset reaches after place and route (Table 5.4). Memory must keep up with
+them. At the clock in the last column our rate equals that of the thesis.
 
 {table}
-Figure 5.2: frames per second over image sizes, ours at {mhz} MHz.
+Figure 5.2: frames per second by image size, ours at {mhz} MHz.
 
 ![Frames per second over image sizes](images/thesis/frame_rate.png)
 

@@ -51,10 +51,10 @@ def fields(result: dict[str, Any]) -> dict[str, object]:
 
 
 TEXT = """\
-By the matcher's Verilog in Verilator, beside the truth, whose nearest point has {nearest} pixels of
-disparity: a matcher with fewer disparities cannot find it. Black has no disparity, or an unknown one. `all
-stages` are those of cv2.StereoBM at its defaults, with the left-right check: they refuse pixels, which
-lowers the density, instead of getting them wrong.
+Maps by the matcher's Verilog in Verilator, next to the truth. The nearest point has {nearest} pixels of disparity;
+a matcher with fewer disparities cannot find it. Black pixels have no disparity or an unknown one. `all stages` are
+those of cv2.StereoBM at its defaults, with the left-right check: they refuse doubtful pixels, which lowers the
+density.
 
 ![{name}: truth and maps](images/thesis/{pair}.png)
 

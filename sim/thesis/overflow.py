@@ -110,15 +110,15 @@ def fields(result: dict[str, Any]) -> dict[str, object]:
 
 SECTIONS = [
     Section("Figure 5.3", "overflow of the sums", """\
-The thesis has a figure of data overflow, on Tsukuba. Here sums have the bits of the largest one that there
-is, black against white: widths in the elaborated cores, beside the bits of the largest sum.
+The thesis shows data overflow on Tsukuba. Our sums have enough bits for the largest possible one, black against
+white. The table compares the widths of the elaborated cores with the bits of the largest sum.
 
 {sums}
 `tests/gateware/matcher/test_overflow.py` drives the emitted Verilog of both sums, and the whole matcher, into that
-worst case with images all black against all white, at the largest block. Here, {largest}x{largest}: {worst}
+worst case: an all-black image against an all-white one, at the largest block. Here, {largest}x{largest}: {worst}
 pixels differ from the model's.
 
-The picture is what would happen: Tsukuba ({preset}) by the model, its sums cut to fewer and fewer bits.
+The picture shows what overflow would do: Tsukuba ({preset}) by the model, with sums of fewer and fewer bits.
 
 ![Tsukuba with sums of fewer bits](images/thesis/overflow.png)
 

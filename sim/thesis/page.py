@@ -23,16 +23,17 @@ SECTIONS: list[Section] = [*structure.SECTIONS, *area.SECTIONS, *clocks.SECTIONS
 HEADER = """\
 # A thesis and its counterpart
 
-{citation}, matches stereo pairs on a small FPGA by sums of absolute differences. This page has a counterpart to each of
-its tables and figures of results, measured with this repository and written by `make thesis`; commit {commit}.
+{citation}, matches stereo pairs on a small FPGA by sums of absolute differences. This page has a counterpart to
+each of its tables and figures of results. `make thesis` measures them with this repository and writes the page;
+commit {commit}.
 
-- Its two configurations are presets of our matcher: {presets}; grey values, whole pixels.
-  Ours come beside them: {ours}.
-- Of the thesis' own values this page has those of its abstract only, each marked `{published}`: {rates}
-  frames per second at {width} x {height}, by simulation, and the {pixels} pixels that
-  it works on at once. All others are measured here, or are what a definition gives, and then it says so.
-- Ratios of times are of one run on one computer. Clocks of the full system and of its CPU differ a little from
-  run to run; everything else is the same in every run.
+- The two configurations of the thesis are presets of our matcher: {presets}; grey values, whole pixels. Our own
+  configurations are next to them: {ours}.
+- Of the thesis' own values this page has only those of its abstract, each marked `{published}`: {rates} frames per
+  second at {width} x {height}, by simulation, and the {pixels} pixels that it processes at the same time. All
+  other values are measured here, or follow from a definition, where the text says so.
+- Ratios of times are from one measurement on one computer. Clocks of the full system and of its CPU vary a little
+  from one measurement to the next; everything else is reproducible.
 """
 
 

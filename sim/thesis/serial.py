@@ -111,13 +111,12 @@ def fields(result: dict[str, Any]) -> dict[str, object]:
 
 SECTIONS = [
     Section("Table 5.7", "a serial program in C against the accelerator", """\
-The program is the firmware's matcher for the CPU (`firmware/app/stereo_bm.c`, running sums, one thread),
-the accelerator is its Verilog in Verilator; their maps are equal. On the computer that made this page (gcc
-{options}, the processor's time) the program takes so many times as long as the accelerator at {mhz} MHz: a
-ratio, as the time itself is that computer's own. On the VexRiscv of the SoC in litex_sim both are in
-clocks: the console's `cpu_bench`, on noise of the pair's width and of {low} and {high} rows, from which
-the clocks of the remaining rows follow, within some percent: what a row takes depends on where it lies in
-the data cache. One configuration stands for all: it is minutes of simulation.
+The program is the firmware's matcher for the CPU (`firmware/app/stereo_bm.c`, running sums, one thread). The
+accelerator is its Verilog in Verilator. Their maps are equal. On the computer that made this page (gcc {options},
+processor time) the table gives the program's time divided by that of the accelerator at {mhz} MHz. On the VexRiscv
+of the SoC in litex_sim both are in clocks: the console's `cpu_bench`, on noise of the pair's width and of {low}
+and {high} rows. The clocks of the remaining rows are extrapolated, within some percent, because the cost of a row
+depends on its place in the data cache. Only one configuration is measured, because it takes minutes of simulation.
 
 {table}""", measure, fields, needs_pairs=True, uses=("serial_sad.c",)),
 ]

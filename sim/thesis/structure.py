@@ -101,8 +101,9 @@ def measure_parallel(scale: Scale, folder: Path) -> list[Counts]:
 
 def parallel_fields(result: list[Counts]) -> dict[str, object]:
     """Fields of table 5.3."""
-    header = ["configuration", "pixels at once in the thesis", "SAD units if each of them has its own",
-              "comparators likewise", "SAD units", "comparators", "absolute differences", "pixels under way"]
+    header = ["configuration", "pixels at once in the thesis", "SAD units if each pixel has its own",
+              "comparators if each pixel has its own", "SAD units", "comparators", "absolute differences",
+              "pixels under way"]
     rows   = []
     for row in result:
         pixels, lanes = row["published_pixels"], row["disparities"]
@@ -114,25 +115,25 @@ def parallel_fields(result: list[Counts]) -> dict[str, object]:
 
 SECTIONS = [
     Section("Table 5.1", "pixels held, by window size and pixels at once", """\
-A design that keeps its window in registers holds every pixel under the blocks that it compares, so the
-window grows with the block and with the pixels that are worked on at once; the columns `window` are that
-definition, both images, for {disparities} disparities. Ours has no window: it keeps the rows of a block in
-one line buffer (images {width} pixels wide), a sum per column and disparity, and the last few of these sums
-in a ring. Registers are all flip-flops of the elaborated matcher, before synthesis. The smallest block of
-the gateware begins the table.
+A design with its window in registers holds every pixel under the blocks that it compares. The window grows with
+the block and with the number of pixels processed at the same time; the columns `window` follow from this
+definition, for both images and {disparities} disparities. Our matcher has no window. It keeps the rows of a block
+in one line buffer (images {width} pixels wide), a sum per column and disparity, and the last few of these sums in
+a ring. Registers are all flip-flops of the elaborated matcher, before synthesis. The table begins with the
+smallest block of the gateware.
 
 {table}""", measure_pixels, pixel_fields),
     Section("Table 5.2", "SAD units and comparators over the disparity range", """\
 Operators of the elaborated cores, block {block}x{block}. A SAD unit is a running sum of a block, one per
-disparity. It takes two absolute differences, of the row that enters and of the row that leaves, and the
-number does not depend on the block. The last column is the definition of the sum, for comparison.
+disparity. It needs two absolute differences, for the row that enters and the row that leaves, for any block size.
+For comparison, the last column follows from the definition of the sum.
 
 {table}""", measure_disparities, disparity_fields),
     Section("Table 5.3", "SAD units and comparators over the pixels at once", """\
-The thesis works on several pixels at once. Ours begins a pixel in every clock, with all its disparities, and
-ends one in every clock; as many as the pipeline is long are under way at a time, with the same units. What
-each pixel at once would take if it had units of its own is the definition, not a value of the thesis. With
-all stages one unit more sums up the texture.
+The thesis processes several pixels at the same time. Our matcher begins one pixel per clock, with all its
+disparities, and completes one per clock; the same units hold as many pixels as the pipeline is long. The columns
+for separate units per pixel follow from the definition and are not values of the thesis. With all stages, one more
+unit sums the texture.
 
 {table}""", measure_parallel, parallel_fields),
 ]

@@ -78,10 +78,10 @@ def fields(result: dict[str, Any]) -> dict[str, object]:
 
 SECTIONS = [
     Section("Figure 5.1", "the size of the block", """\
-The sum of absolute differences alone, as the thesis matches, by the matcher's Verilog in Verilator; blocks
-below {smallest}x{smallest} by the model, as the gateware has none. `bad` is the share of the rated pixels
-that are off by more than one pixel, density the share of the pixels with a known disparity that are rated:
-a large block leaves a wide border. Fewest bad pixels: {best}.
+The sum of absolute differences alone, as in the thesis, by the matcher's Verilog in Verilator. Blocks below
+{smallest}x{smallest} are computed by the model, because the gateware does not have them. `bad` is the share of
+rated pixels that are off by more than one pixel. Density is the share of pixels with a known disparity that are
+rated; a large block leaves a wide border. Fewest bad pixels: {best}.
 
 ![Bad pixels over the side of the block](images/thesis/window_curves.png)
 

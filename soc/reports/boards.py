@@ -25,9 +25,9 @@ DOCUMENT = PACKAGE_DIR / "docs" / "boards.md"
 HEADER = """\
 # Boards
 
-Bitstreams of the whole system, written by `make boards-doc` from nextpnr's reports of the builds on the computer that ran
-it: `make bitstream BOARD=...`. A build whose clocks are not all met is an error and has no bitstream. Wiring and first steps
-of each board are on its own page.
+Bitstreams of the whole system. `make boards-doc` writes this page from nextpnr's reports of the bitstreams that
+`make bitstream BOARD=...` has built on the same computer. A build that misses a clock is an error and leaves no
+bitstream. Wiring and first steps are on the page of each board.
 """
 
 SITES = {"TRELLIS_COMB": "combinational", "TRELLIS_FF": "FF", "DP16KD": "block RAM", "MULT18X18D": "DSP"}
@@ -58,8 +58,9 @@ def clock_rows(board: str, built: dict) -> list[list]:
         for net, clock in sorted(built["report"]["fmax"].items())]
 
 VENDOR_TEXT = """\
-Sources, constraints, boot program and firmware are built as for the others; the bitstream is made by the tool named here, and
-none of these has been run: whether the clocks are met is not known. The counts are of the whole SoC, by Yosys, before placing.
+Sources, constraints, boot program and firmware are built as for the other boards. The tool named here builds the
+bitstream. None of these tools has been run, so it is not known whether the clocks are met. Yosys counts the whole
+SoC before placement.
 """
 
 COUNT_COLUMNS = ["board", "tool", "sites of logic", "FF", "block RAM", "DSP"]
@@ -73,8 +74,9 @@ def count_row(board: str, counted: Resources) -> list:
 PEER_TEXT = """\
 ## Others
 
-The others' figures are those of their publications, at their own settings: most of them do more than block matching, and cost
-more. Ours are what the clock allows, at a pixel per clock; none of these boards has been measured.
+Figures of other systems are from their publications, at their own settings. Most of them do more than block
+matching, and cost more. Our figures follow from the clock, at one pixel per clock; they were not measured on
+boards.
 """
 
 PEER_COLUMNS = ["system", "method", "images", "disparities", "frames per second", "million disparities per second", "device"]
@@ -104,8 +106,8 @@ def document(builds: dict[str, dict], counted: dict[str, Resources]) -> str:
     clocks = [row for board, built in builds.items() for row in clock_rows(board, built)]
     tools  = sorted({tool for built in builds.values() for tool in built["tools"]})
     return "\n".join([HEADER,
-        "## Presets\n\nFrames of 640 x 480 at a pixel per clock; memory and link may allow fewer.\n", preset_text(),
-        "## Sites\n\nA combinational site is a LUT4 or half a carry. The key is a hash of everything that went into the bitstream; "
+        "## Presets\n\nFrames of 640 x 480 at one pixel per clock. Memory and link may allow fewer.\n", preset_text(),
+        "## Sites\n\nA combinational site is a LUT4 or half a carry. The key is a hash of all inputs of the bitstream; "
         "`make boards-check` compares it with that of the sources.\n",
         table(["board", "device", *SITES.values(), "seed", "key", "commit"], [site_row(*item) for item in builds.items()]),
         "## Clocks\n", table(["board", "clock", "needed, MHz", "reached, MHz"], clocks),

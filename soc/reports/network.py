@@ -50,9 +50,9 @@ SITES = {
 HEADER = f"""\
 # Network
 
-What Ethernet takes of an LFE5U-25F (package {PACKAGE}, speed grade {SPEED_GRADE}, the slowest; seed {SEED}), and how fast
-its clocks are, written by `make network`: RGMII PHY, MAC, LiteEth's ARP, ICMP, IP and UDP, and the frame link with
-streaming and LiteDRAM ports of 32 bits, without CPU and memory.
+Resources and clocks of the Ethernet part on an LFE5U-25F (package {PACKAGE}, speed grade {SPEED_GRADE}, the
+slowest; seed {SEED}), written by `make network`. It consists of RGMII PHY, MAC, LiteEth's ARP, ICMP, IP and UDP,
+and the frame link with streaming and LiteDRAM ports of 32 bits; CPU and memory are not included.
 """
 
 # Top Level ----------------------------------------------------------------------------------------
@@ -127,7 +127,7 @@ def document(report: dict) -> str:
         ("TRELLIS_COMB", "TRELLIS_FF", "DP16KD")]
     return "\n".join([HEADER, f"{tools()}; commit {commit()}.\n", table(["clock", "needed, MHz", "reached, MHz", "met"], rows),
         table(["site", "used", "of"], sites),
-        "`eth_rx` is the clock of the wire both ways: the PHY's transmitter uses the receiver's clock. A combinational site is "
+        "`eth_rx` is the clock of the wire in both directions: the PHY's transmitter uses the receiver's clock. A combinational site is "
         "a LUT4 or half a carry.\n"])
 
 def main() -> int:

@@ -45,12 +45,14 @@ PLACEMENTS = [
 HEADER = """\
 # Resources
 
-What the matcher alone takes (`gateware/matcher/matcher.py`, no DMA, no CPU), written by `make resources`.
+Resources and clocks of the matcher alone (`gateware/matcher/matcher.py`, no DMA, no CPU), written by `make
+resources`.
 
-- Images of up to {width} x 4095 pixels. `bare` is the sum of absolute differences of grey values, `OpenCV` all of
-  cv2.StereoBM's stages and matching without prefilter, `all` these and the median.
-- `LUT` counts sites of logic: LUTs, carries (two sites per CCU2C of the ECP5, one per ALU of Gowin) and
-  distributed RAM; `LUT cells` are the LUTs alone. Xilinx' carries are beside their LUTs. FF are flip-flops; BRAM are block RAMs of 16 to 18 kbit (36 kbit on the 7-series, halves counted); DSP are multipliers.
+- Images have up to {width} x 4095 pixels. `bare` is the sum of absolute differences of grey values, `OpenCV` adds
+  all stages of cv2.StereoBM, `all` also the median.
+- `LUT` counts logic sites: LUTs, carries (two sites per CCU2C of the ECP5, one per ALU of Gowin) and distributed
+  RAM. `LUT cells` are the LUTs alone. On Xilinx, carries have separate sites next to the LUTs. FF are flip-flops.
+  BRAM are block RAMs of 16 to 18 kbit (36 kbit on the 7-series, halves counted). DSP are multipliers.
 - Yosys counts after mapping, before packing. Place and route, below, packs less tightly than the sum.
 - {tools}; commit {commit}.
 """
@@ -94,7 +96,7 @@ def small_device_section(result: Resources) -> str:
     disparities, block, features = SMALL_DEVICE_BUILD
     return (f"## The LFE5U-25F\n\n{disparities} disparities at block {block} with all of {name_of(features)}'s stages take "
         f"{result.bram:g} block RAMs and {result.lut} sites of logic; the LFE5U-25F has {SMALL_DEVICE_BRAM} and "
-        f"{SMALL_DEVICE_SITES}. It holds half the disparities with every stage, or all of them with few stages: see the "
+        f"{SMALL_DEVICE_SITES}. It has room for half the disparities with every stage, or for all of them with few stages: see the "
         "placements below. Images of at most 512 columns would halve the blocks of the column sums, the largest memory.\n")
 
 def placement_row(case: tuple, result: Placement | None) -> list:
@@ -116,8 +118,8 @@ def document() -> str:
         placed  = list(pool.map(lambda case: fits(case[0], case[1], MAX_WIDTH, *case[2:]), PLACEMENTS))
     parts = [HEADER.format(width=MAX_WIDTH, tools=tools(), commit=commit()), "## Lattice ECP5\n",
         table(COLUMNS, [row(build, results["ECP5", build]) for build in ECP5_BUILDS]),
-        f"## What a feature costs\n\n{FULL[0]} disparities, block {FULL[1]}, ECP5: everything less everything but the feature; "
-        "without the prefilter there is no texture test either.\n",
+        f"## What a feature costs\n\n{FULL[0]} disparities, block {FULL[1]}, ECP5: all features, minus all features except this "
+        "one. Without the prefilter there is no texture test either.\n",
         feature_table(results["ECP5", FULL], {name: results["ECP5", build] for name, build in without_builds.items()})]
     parts += [memory_section(), small_device_section(results["ECP5", SMALL_DEVICE_BUILD])]
     for family in FAMILIES:
