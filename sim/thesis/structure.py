@@ -103,7 +103,7 @@ def parallel_fields(result: list[Counts]) -> dict[str, object]:
     """Fields of table 5.3."""
     header = ["configuration", "pixels at once in the thesis", "SAD units if each pixel has its own",
               "comparators if each pixel has its own", "SAD units", "comparators", "absolute differences",
-              "pixels under way"]
+              "pixels in flight"]
     rows   = []
     for row in result:
         pixels, lanes = row["published_pixels"], row["disparities"]
