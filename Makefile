@@ -24,7 +24,7 @@ BOARDS ?= colorlight_i5 colorlight_i9 ulx3s ecpix5 tang_primer_20k arty atlys
 TESTS ?= tests
 #: tests to run at a time
 JOBS ?= 2
-#: 1 to count the lines that tests run: `test` begins to count, `test-long` continues, and fails below the floors
+#: 1 to count the lines that the tests run
 COUNT ?=
 #: seconds per fuzz target
 FUZZ_SECONDS ?= 60
@@ -52,7 +52,7 @@ help: ## Show targets, and variables with their defaults
 	@awk ' \
 	FNR == 1 { pass++ } \
 	pass == 1 && /^#: /               { described = substr($$0, 4) } \
-	pass == 1 && /^[A-Z_]+ +\?= /     { name = $$1; sub(/^[A-Z_]+ +\?= /, ""); text[name] = described; value[name] = $$0 } \
+	pass == 1 && /^[A-Z_]+ +\?=/      { name = $$1; sub(/^[A-Z_]+ +\?= */, ""); text[name] = described; value[name] = $$0 } \
 	pass == 2 && /^##@ /              { printf "\n%s\n", substr($$0, 5) } \
 	pass == 2 && /^[a-z-]+:.*## /     { split($$0, target, ":"); sub(/.*:.*## /, ""); taken = ""; \
 	    if (match($$0, / \[.*\]$$/)) { taken = substr($$0, RSTART + 2, RLENGTH - 3); $$0 = substr($$0, 1, RSTART - 1) } \

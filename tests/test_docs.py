@@ -15,6 +15,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import pytest
+from test_rooms import ROOMS
 
 from litestereo.host_tools import cli
 from litestereo.soc.boards import BOARDS
@@ -34,6 +35,9 @@ ROOTS = ("", "docs", "firmware", "firmware/include", "tests/gateware")
 
 #: What has no meaning as a path or a word: `FILE`, `<key>`, `*.py`, `...`.
 PLACEHOLDER = re.compile(r"[<>*{}]|\.\.\.|\bBOARD\b")
+
+#: Folders whose rooms are below them, or in C.
+NO_ROOMS = {"firmware", "gateware", "soc"}
 
 #: Pages about the state of an earlier commit, whose names may be gone: only their links are checked.
 HISTORY = {"CHANGELOG.md", "docs/coverage.md"}
@@ -273,7 +277,7 @@ def test_help_names_every_target_and_variable() -> None:
     targets  = make_targets()
     phony    = set(makefile.split(".PHONY:")[1].replace("\\", " ").split())
     assert phony == set(targets)
-    described = set(re.findall(r"(?m)^#: .+\n([A-Z_]+) +\?= ", makefile))
+    described = set(re.findall(r"(?m)^#: .+\n([A-Z_]+) +\?=", makefile))
     assert described == set().union(*(target.variables for target in targets.values()))
     listed = text_of("CONTRIBUTING.md").split("## Make targets")[1].split("\n## ")[0]
     groups = re.findall(r"(?m)^##@ (.+)$", makefile)
@@ -283,3 +287,11 @@ def test_help_names_every_target_and_variable() -> None:
     assert set(rows) == set(targets)
     for name, row in rows.items():
         assert targets[name].variables == set(re.findall(r"`([A-Z_]+)`", row.split("|")[3])), name
+
+
+def test_the_rooms_are_those_that_imports_are_checked_by() -> None:
+    """CONTRIBUTING lists each room and what it may import as `test_rooms` has it."""
+    section = text_of("CONTRIBUTING.md").split("\n## Rooms\n")[1].split("\n## ")[0]
+    listed  = {row[1]: tuple(re.findall(r"`([^`]+)`", row[2]))
+               for row in re.finditer(r"(?m)^\| `([^`]+)` \| (.*) \|$", section)}
+    assert listed == {room: allowed for room, allowed in ROOMS.items() if room not in NO_ROOMS}
