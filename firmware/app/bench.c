@@ -8,10 +8,10 @@
 #include <string.h>
 
 #include "commands.h"
+#include "lib/pattern.h"
 #include "litestereo/crc32.h"
 #include "litestereo/platform.h"
-#include "pattern.h"
-#include "stereo_bm.h"
+#include "reference/stereo_bm.h"
 
 /* Seeds of the pattern in the left and the right image. */
 #define LEFT_SEED  1u

@@ -7,8 +7,8 @@
 #include <string.h>
 
 #include "commands.h"
-#include "pattern.h"
-#include "stereo_bm.h"
+#include "lib/pattern.h"
+#include "reference/stereo_bm.h"
 
 /* Most pixels of a case: what the CPU's map takes is set aside for good. */
 #define MAX_PIXELS 8192u

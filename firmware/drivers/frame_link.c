@@ -8,7 +8,7 @@
 
 #include "frame_link_csr.h"
 #include "frame_link_wait.h"
-#include "litestereo/bytes.h"
+#include "lib/bytes.h"
 
 #define CONTROL_ENABLE (1u << 0)
 

@@ -6,7 +6,7 @@
 
 /* How many frames a second: the matcher goes on with the next frame as soon as its interrupt tells of an end. */
 
-#include "app/pattern.h"
+#include "lib/pattern.h"
 #include "litestereo/crc32.h"
 #include "litestereo/platform.h"
 #include "litestereo/print.h"

@@ -11,7 +11,7 @@
 #include <string.h>
 
 #include "fuzz.h"
-#include "litestereo/bytes.h"
+#include "lib/bytes.h"
 #include "litestereo/message.h"
 
 /* The CRC by its definition, without a table. */

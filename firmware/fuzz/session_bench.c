@@ -11,7 +11,7 @@
 
 #include "fake_frame_link.h"
 #include "fake_stream.h"
-#include "litestereo/bytes.h"
+#include "lib/bytes.h"
 #include "litestereo/platform.h"
 
 #define GAP       256u

@@ -9,7 +9,7 @@
 #include <string.h>
 
 #include "generated/csr.h"
-#include "litestereo/bytes.h"
+#include "lib/bytes.h"
 
 /* What of a request is any number. */
 #define ANY_TYPE    (1u << 0)

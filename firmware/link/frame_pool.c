@@ -8,7 +8,7 @@
 
 #include <string.h>
 
-#include "litestereo/bytes.h"
+#include "lib/bytes.h"
 
 #define CHUNK PROTOCOL_CHUNK_SIZE
 

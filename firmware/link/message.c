@@ -6,7 +6,7 @@
 
 #include "litestereo/message.h"
 
-#include "litestereo/bytes.h"
+#include "lib/bytes.h"
 #include "litestereo/crc32.h"
 
 status_t message_parse(const uint8_t *bytes, size_t length, message_t *message)

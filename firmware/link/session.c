@@ -9,7 +9,7 @@
 #include <string.h>
 
 #include "exchange.h"
-#include "litestereo/bytes.h"
+#include "lib/bytes.h"
 
 #define ANY_LENGTH 0xffffffffu
 

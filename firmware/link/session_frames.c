@@ -7,7 +7,7 @@
 #include <string.h>
 
 #include "exchange.h"
-#include "litestereo/bytes.h"
+#include "lib/bytes.h"
 
 frame_t *session_find_or_refuse(session_t *session, exchange_t *exchange)
 {

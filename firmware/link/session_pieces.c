@@ -7,7 +7,7 @@
 /* Requests about pieces of a frame: chunks of its images, parts of its map. */
 
 #include "exchange.h"
-#include "litestereo/bytes.h"
+#include "lib/bytes.h"
 
 static void count_chunk(session_t *session, bool repeated)
 {

@@ -7,7 +7,7 @@
 /* Streamed frames: their pixels and maps never pass the session. */
 
 #include "exchange.h"
-#include "litestereo/bytes.h"
+#include "lib/bytes.h"
 
 void session_note_left(session_t *session, const frame_t *frame)
 {

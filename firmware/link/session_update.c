@@ -9,7 +9,7 @@
 #include <string.h>
 
 #include "exchange.h"
-#include "litestereo/bytes.h"
+#include "lib/bytes.h"
 
 static void put_progress(const update_t *update, exchange_t *exchange)
 {

@@ -8,7 +8,7 @@
 
 #include <string.h>
 
-#include "litestereo/bytes.h"
+#include "lib/bytes.h"
 #include "litestereo/crc32.h"
 #include "litestereo/firmware_tag.h"
 #include "litestereo/protocol.h"

@@ -10,7 +10,7 @@
 
 #include "fake_stream.h"
 #include "generated/csr.h"
-#include "litestereo/bytes.h"
+#include "lib/bytes.h"
 #include "litestereo/crc32.h"
 #include "litestereo/message.h"
 #include "require.h"

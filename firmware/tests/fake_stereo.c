@@ -9,9 +9,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "app/stereo_bm.h"
 #include "fake_stream.h"
 #include "generated/csr.h"
+#include "reference/stereo_bm.h"
 
 enum { CODE_NONE, CODE_CONFIG, CODE_BUS, CODE_ABORTED };
 enum { EVENT_DONE = 1, EVENT_ERROR = 2 };

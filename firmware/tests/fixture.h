@@ -9,7 +9,7 @@
 #ifndef FIXTURE_H
 #define FIXTURE_H
 
-#include "litestereo/bytes.h"
+#include "lib/bytes.h"
 #include "litestereo/session.h"
 
 #define SLOTS   3

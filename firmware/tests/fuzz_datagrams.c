@@ -9,7 +9,7 @@
 #include <string.h>
 
 #include "generated/csr.h"
-#include "litestereo/bytes.h"
+#include "lib/bytes.h"
 #include "litestereo/crc32.h"
 #include "litestereo/message.h"
 #include "require.h"

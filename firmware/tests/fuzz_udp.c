@@ -22,8 +22,8 @@
 #include "fake_stream.h"
 #include "fuzz_datagrams.h"
 #include "generated/soc.h"
+#include "lib/bytes.h"
 #include "link/udp_link.h"
-#include "litestereo/bytes.h"
 #include "litestereo/platform.h"
 #include "require.h"
 

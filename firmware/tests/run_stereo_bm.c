@@ -9,7 +9,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#include "app/stereo_bm.h"
+#include "reference/stereo_bm.h"
 #include "require.h"
 
 int main(void)

@@ -10,7 +10,7 @@
 #include "fake_frame_link.h"
 #include "fake_stream.h"
 #include "generated/csr.h"
-#include "litestereo/bytes.h"
+#include "lib/bytes.h"
 
 #define WIDTH    60u
 #define HEIGHT   40u

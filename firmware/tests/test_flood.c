@@ -7,7 +7,7 @@
 /* The whole firmware under a flood of bytes; the seed may be given on the command line. */
 
 #include "app_fixture.h"
-#include "litestereo/bytes.h"
+#include "lib/bytes.h"
 
 /* A length of payload that suits the request, most of the time. */
 static uint32_t likely_length(const message_t *message, unsigned *random)

@@ -8,7 +8,7 @@
 
 #include <string.h>
 
-#include "litestereo/bytes.h"
+#include "lib/bytes.h"
 #include "litestereo/frame_link.h"
 #include "mock_csr.h"
 #include "require.h"

@@ -7,7 +7,7 @@
 #include <stdint.h>
 #include <string.h>
 
-#include "litestereo/bytes.h"
+#include "lib/bytes.h"
 #include "litestereo/crc32.h"
 #include "litestereo/message.h"
 #include "require.h"

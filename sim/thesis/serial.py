@@ -29,8 +29,8 @@ from .section import PACKAGE, Section
 PAIRS = ("tsukuba", "venus")
 
 #: The firmware's matcher for the CPU, and the options for this computer: one thread.
-SOURCES = [*(FIRMWARE_DIR / "app" / name for name in ("stereo_bm.c", "prefilter.c", "left_right.c", "median.c")),
-           FIRMWARE_DIR / "drivers" / "stereo_settings.c", PACKAGE / "serial_sad.c"]
+SOURCES = [*(FIRMWARE_DIR / "reference" / name for name in ("stereo_bm.c", "prefilter.c", "left_right.c", "median.c")),
+           FIRMWARE_DIR / "lib" / "stereo_settings.c", PACKAGE / "serial_sad.c"]
 OPTIONS = ["-std=gnu11", "-O3", "-Wall", "-Wextra", "-Werror", f"-I{FIRMWARE_DIR / 'include'}", f"-I{FIRMWARE_DIR}"]
 
 #: Frames of which the fastest counts.
@@ -111,7 +111,7 @@ def fields(result: dict[str, Any]) -> dict[str, object]:
 
 SECTIONS = [
     Section("Table 5.7", "a serial program in C against the accelerator", """\
-The program is the firmware's matcher for the CPU (`firmware/app/stereo_bm.c`, running sums, one thread),
+The program is the firmware's matcher for the CPU (`firmware/reference/stereo_bm.c`, running sums, one thread),
 the accelerator is its Verilog in Verilator; their maps are equal. On the computer that made this page (gcc
 {options}, the processor's time) the program takes so many times as long as the accelerator at {mhz} MHz: a
 ratio, as the time itself is that computer's own. On the VexRiscv of the SoC in litex_sim both are in

@@ -53,7 +53,7 @@ def test_what_is_not_run_is_seen():
     assert cobs.lines_run == len(cobs.lines)
     assert twice["link/cobs.c"].lines == {line: 2*count for line, count in cobs.lines.items()}
     # It asks for one function of that driver.
-    missed = more["drivers/stereo_settings.c"].missed_lines
+    missed = more["lib/stereo_settings.c"].missed_lines
     assert missed
     assert f"line {missed[0]} is not run" in firmware.page(more, missed=True)
     lines, branches = firmware.totals(more)

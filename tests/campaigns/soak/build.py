@@ -35,7 +35,8 @@ VERILATOR = ["verilator", "--cc", "--exe", "-O3", "--x-assign", "fast", "--x-ini
 
 
 def _sources() -> list[Path]:
-    ours = [path for folder in ("app", "drivers", "lib", "link") for path in sorted((FIRMWARE / folder).glob("*.c"))]
+    ours = [path for folder in ("app", "drivers", "lib", "link", "reference")
+            for path in sorted((FIRMWARE / folder).rglob("*.c"))]
     return [*(path for path in ours if path not in ELSEWHERE), SOAK / "firmware.c", WIRE / "ethernet2socket.c"]
 
 

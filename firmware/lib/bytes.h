@@ -4,8 +4,8 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-#ifndef LITESTEREO_BYTES_H
-#define LITESTEREO_BYTES_H
+#ifndef LITESTEREO_LIB_BYTES_H
+#define LITESTEREO_LIB_BYTES_H
 
 #include <stddef.h>
 #include <stdint.h>

@@ -6,8 +6,8 @@
 
 /* The matcher in C, for the CPU: bit for bit what the accelerator has to give. */
 
-#ifndef LITESTEREO_APP_STEREO_BM_H
-#define LITESTEREO_APP_STEREO_BM_H
+#ifndef LITESTEREO_REFERENCE_STEREO_BM_H
+#define LITESTEREO_REFERENCE_STEREO_BM_H
 
 #include <stdint.h>
 

@@ -6,8 +6,8 @@
 
 /* The stages of stereo_bm that look at a whole image or at a whole row. */
 
-#ifndef LITESTEREO_APP_STEREO_BM_STAGES_H
-#define LITESTEREO_APP_STEREO_BM_STAGES_H
+#ifndef LITESTEREO_REFERENCE_STEREO_BM_STAGES_H
+#define LITESTEREO_REFERENCE_STEREO_BM_STAGES_H
 
 #include <stdint.h>
 

@@ -4,7 +4,7 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-#include "litestereo/bytes.h"
+#include "bytes.h"
 
 /* A word that may stand for any bytes, so that the compiler keeps the order of accesses. */
 typedef uint32_t __attribute__((may_alias)) word_t;

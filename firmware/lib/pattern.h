@@ -4,8 +4,8 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-#ifndef LITESTEREO_APP_PATTERN_H
-#define LITESTEREO_APP_PATTERN_H
+#ifndef LITESTEREO_LIB_PATTERN_H
+#define LITESTEREO_LIB_PATTERN_H
 
 #include <stdint.h>
 
