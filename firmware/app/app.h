@@ -7,16 +7,16 @@
 #ifndef LITESTEREO_APP_APP_H
 #define LITESTEREO_APP_APP_H
 
-#include "link/udp_link.h"
-#include "litestereo/console.h"
+#include "console.h"
+#include "drivers/frame_link.h"
+#include "link/serial_link.h"
+#include "link/udp/udp_link.h"
+#include "link/update/update.h"
 #include "litestereo/flash.h"
-#include "litestereo/frame_link.h"
-#include "litestereo/map_view.h"
-#include "litestereo/matcher.h"
 #include "litestereo/reset.h"
 #include "litestereo/serial.h"
-#include "litestereo/serial_link.h"
-#include "litestereo/update.h"
+#include "map_view.h"
+#include "matcher.h"
 
 /** The whole firmware: drivers, frames, session, link and console, and how they hang together. */
 typedef struct {

@@ -9,7 +9,7 @@
 #ifndef LITESTEREO_APP_COMMANDS_H
 #define LITESTEREO_APP_COMMANDS_H
 
-#include "litestereo/console.h"
+#include "console.h"
 
 /** Words of the memory that the matcher on the CPU works in. */
 #define CPU_SCRATCH_WORDS 16384u

@@ -4,7 +4,7 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-#include "litestereo/console.h"
+#include "console.h"
 
 #include <stdarg.h>
 #include <string.h>

@@ -4,7 +4,7 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-#include "litestereo/map_view.h"
+#include "map_view.h"
 
 #include <stddef.h>
 

@@ -4,7 +4,7 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-#include "litestereo/matcher.h"
+#include "matcher.h"
 
 #include <stddef.h>
 

@@ -4,7 +4,7 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-#include "litestereo/frame_link.h"
+#include "frame_link.h"
 
 #include "frame_link_csr.h"
 #include "frame_link_wait.h"

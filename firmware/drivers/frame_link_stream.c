@@ -8,9 +8,9 @@
 
 #include <stddef.h>
 
+#include "frame_link.h"
 #include "frame_link_csr.h"
 #include "frame_link_wait.h"
-#include "litestereo/frame_link.h"
 
 #define STREAM_OPEN    (1u << 0)  /* Of stream_control, and of stream_status: pairs are missing. */
 #define STREAM_CLOSE   (1u << 1)  /* Of stream_control. */

@@ -13,7 +13,7 @@
 #include <string.h>
 
 #include "fuzz.h"
-#include "litestereo/cobs.h"
+#include "link/protocol/cobs.h"
 
 /* Decodes by the definition; returns the length, or SIZE_MAX if it is no encoding or more than there is room for. */
 static size_t decode_by_definition(const uint8_t *encoded, size_t length, uint8_t *decoded, size_t capacity)

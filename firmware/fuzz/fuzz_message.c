@@ -12,7 +12,7 @@
 
 #include "fuzz.h"
 #include "lib/bytes.h"
-#include "litestereo/message.h"
+#include "link/protocol/message.h"
 
 /* The CRC by its definition, without a table. */
 static uint32_t crc_of(const uint8_t *bytes, size_t length)

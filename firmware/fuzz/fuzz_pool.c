@@ -10,7 +10,7 @@
 #include <string.h>
 
 #include "fuzz.h"
-#include "litestereo/frame_pool.h"
+#include "link/frame_pool.h"
 
 #define SLOTS      3
 #define SLOT_SIZE  12288u

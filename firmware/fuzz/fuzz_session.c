@@ -10,7 +10,7 @@
 #include <string.h>
 
 #include "fake_frame_link.h"
-#include "litestereo/message.h"
+#include "link/protocol/message.h"
 #include "session_bench.h"
 #include "session_requests.h"
 

@@ -11,8 +11,8 @@
 #define SESSION_BENCH_H
 
 #include "fuzz.h"
-#include "link/udp_link.h"
-#include "litestereo/serial_link.h"
+#include "link/serial_link.h"
+#include "link/udp/udp_link.h"
 
 /** Clocks of a second. */
 #define HZ 1000000u

@@ -10,7 +10,7 @@
 #define SESSION_REQUESTS_H
 
 #include "fuzz.h"
-#include "litestereo/session.h"
+#include "link/session.h"
 
 /** The next request of the input; its payload, of at most PROTOCOL_CHUNK_SIZE bytes, goes to `payload`. */
 message_t take_request(input_t *input, const session_t *session, uint8_t *payload);

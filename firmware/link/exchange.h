@@ -9,7 +9,7 @@
 #ifndef LITESTEREO_LINK_EXCHANGE_H
 #define LITESTEREO_LINK_EXCHANGE_H
 
-#include "litestereo/session.h"
+#include "session.h"
 
 /** A reset comes after this part of a second: what is on its way out has left by then. */
 #define RESTARTS_PER_SECOND 10u

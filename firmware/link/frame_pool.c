@@ -4,7 +4,7 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-#include "litestereo/frame_pool.h"
+#include "frame_pool.h"
 
 #include <string.h>
 

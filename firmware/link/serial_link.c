@@ -4,7 +4,7 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-#include "litestereo/serial_link.h"
+#include "serial_link.h"
 
 #include <string.h>
 

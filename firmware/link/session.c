@@ -4,7 +4,7 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-#include "litestereo/session.h"
+#include "session.h"
 
 #include <string.h>
 

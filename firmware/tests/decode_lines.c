@@ -14,8 +14,8 @@
 
 #include <string.h>
 
-#include "litestereo/cobs.h"
-#include "litestereo/message.h"
+#include "link/protocol/cobs.h"
+#include "link/protocol/message.h"
 #include "require.h"
 
 #define MOST 4096u

@@ -11,8 +11,8 @@
 #include "fake_stream.h"
 #include "generated/csr.h"
 #include "lib/bytes.h"
+#include "link/protocol/message.h"
 #include "litestereo/crc32.h"
-#include "litestereo/message.h"
 #include "require.h"
 
 #define SLOTS     4

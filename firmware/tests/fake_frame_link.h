@@ -13,7 +13,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "litestereo/peer.h"
+#include "link/protocol/peer.h"
 
 /** What can be set before the firmware starts. */
 typedef struct {

@@ -12,8 +12,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "litestereo/message.h"
-#include "litestereo/peer.h"
+#include "link/protocol/message.h"
+#include "link/protocol/peer.h"
 
 /** What becomes of PAIRS. */
 typedef enum {

@@ -10,7 +10,7 @@
 #define FIXTURE_H
 
 #include "lib/bytes.h"
-#include "litestereo/session.h"
+#include "link/session.h"
 
 #define SLOTS   3
 #define CANARY  0xa5

@@ -10,8 +10,8 @@
 
 #include "generated/csr.h"
 #include "lib/bytes.h"
+#include "link/protocol/message.h"
 #include "litestereo/crc32.h"
-#include "litestereo/message.h"
 #include "require.h"
 
 #define NOISE 65536u

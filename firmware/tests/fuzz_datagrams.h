@@ -12,8 +12,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "litestereo/peer.h"
-#include "litestereo/session.h"
+#include "link/protocol/peer.h"
+#include "link/session.h"
 
 /** Most bytes of a datagram. */
 #define FUZZ_MAX 1200u

@@ -23,7 +23,7 @@
 #include "fuzz_datagrams.h"
 #include "generated/soc.h"
 #include "lib/bytes.h"
-#include "link/udp_link.h"
+#include "link/udp/udp_link.h"
 #include "litestereo/platform.h"
 #include "require.h"
 

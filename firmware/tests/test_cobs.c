@@ -7,7 +7,7 @@
 #include <stdint.h>
 #include <string.h>
 
-#include "litestereo/cobs.h"
+#include "link/protocol/cobs.h"
 #include "require.h"
 
 #define MOST 1100

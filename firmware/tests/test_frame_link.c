@@ -8,8 +8,8 @@
 
 #include <string.h>
 
+#include "drivers/frame_link.h"
 #include "lib/bytes.h"
-#include "litestereo/frame_link.h"
 #include "mock_csr.h"
 #include "require.h"
 

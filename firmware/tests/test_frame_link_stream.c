@@ -6,7 +6,7 @@
 
 /* The driver of the way of streamed frames, register by register. */
 
-#include "litestereo/frame_link.h"
+#include "drivers/frame_link.h"
 #include "mock_csr.h"
 #include "require.h"
 

@@ -7,7 +7,7 @@
 #include <stdint.h>
 #include <string.h>
 
-#include "litestereo/frame_pool.h"
+#include "link/frame_pool.h"
 #include "require.h"
 
 #define CANARY 0xa5

@@ -6,7 +6,7 @@
 
 /* Which maps get to the screen: whole ones, the newest, each once; no frame is held up, and none that is gone is shown. */
 
-#include "litestereo/map_view.h"
+#include "app/map_view.h"
 
 #include <string.h>
 

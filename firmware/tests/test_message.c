@@ -8,8 +8,8 @@
 #include <string.h>
 
 #include "lib/bytes.h"
+#include "link/protocol/message.h"
 #include "litestereo/crc32.h"
-#include "litestereo/message.h"
 #include "require.h"
 
 static uint8_t buffer[PROTOCOL_MESSAGE_MAX + 1];

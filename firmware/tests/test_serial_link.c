@@ -9,7 +9,7 @@
 #include <string.h>
 
 #include "fixture.h"
-#include "litestereo/serial_link.h"
+#include "link/serial_link.h"
 #include "require.h"
 
 #define SECOND 1000u

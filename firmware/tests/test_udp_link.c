@@ -10,7 +10,7 @@
 
 #include "fake_frame_link.h"
 #include "fixture.h"
-#include "link/udp_link.h"
+#include "link/udp/udp_link.h"
 #include "litestereo/platform.h"
 #include "require.h"
 

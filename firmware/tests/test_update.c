@@ -7,7 +7,7 @@
 /* Updates of the firmware in flash: the way of a good one, what is refused, faults of the flash, and the power that fails
  * at each moment: the boot program, as it is, always finds a good image. */
 
-#include "litestereo/update.h"
+#include "link/update/update.h"
 
 #include <string.h>
 

@@ -9,8 +9,8 @@
 #include <stdint.h>
 #include <string.h>
 
-#include "litestereo/cobs.h"
-#include "litestereo/message.h"
+#include "link/protocol/cobs.h"
+#include "link/protocol/message.h"
 #include "require.h"
 
 #define FRAMED_MAX (COBS_ENCODED_MAX(PROTOCOL_MESSAGE_MAX) + 2)

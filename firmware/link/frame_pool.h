@@ -13,14 +13,14 @@
  * whole chunks. Of a streamed frame, which is READY at once, only the map is there.
  */
 
-#ifndef LITESTEREO_FRAME_POOL_H
-#define LITESTEREO_FRAME_POOL_H
+#ifndef LITESTEREO_LINK_FRAME_POOL_H
+#define LITESTEREO_LINK_FRAME_POOL_H
 
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
-#include "litestereo/protocol.h"
+#include "link/protocol/protocol.h"
 #include "litestereo/status.h"
 #include "litestereo/stereo_settings.h"
 

@@ -4,8 +4,8 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-#ifndef LITESTEREO_COUNTERS_H
-#define LITESTEREO_COUNTERS_H
+#ifndef LITESTEREO_LINK_COUNTERS_H
+#define LITESTEREO_LINK_COUNTERS_H
 
 #include <stdint.h>
 

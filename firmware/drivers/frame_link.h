@@ -7,15 +7,15 @@
 /* Driver of the frame link: gateware that takes images from datagrams to memory and maps from memory to datagrams,
  * and leaves all other messages to software. Every wait in it is bounded. A SoC may be built without it. */
 
-#ifndef LITESTEREO_FRAME_LINK_H
-#define LITESTEREO_FRAME_LINK_H
+#ifndef LITESTEREO_DRIVERS_FRAME_LINK_H
+#define LITESTEREO_DRIVERS_FRAME_LINK_H
 
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
-#include "litestereo/message.h"
-#include "litestereo/peer.h"
+#include "link/protocol/message.h"
+#include "link/protocol/peer.h"
 #include "litestereo/status.h"
 
 /** Version of the registers that this driver knows, major x 256 + minor. */

@@ -6,15 +6,15 @@
 
 /* A serial line shared by framed messages and console text, as docs/protocol.md, "Serial framing", has it. */
 
-#ifndef LITESTEREO_SERIAL_LINK_H
-#define LITESTEREO_SERIAL_LINK_H
+#ifndef LITESTEREO_LINK_SERIAL_LINK_H
+#define LITESTEREO_LINK_SERIAL_LINK_H
 
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
-#include "litestereo/cobs.h"
-#include "litestereo/session.h"
+#include "link/protocol/cobs.h"
+#include "session.h"
 
 /** Takes bytes: framed replies on their way to the line, or console text that came from it. */
 typedef void (*serial_link_bytes_t)(void *context, const uint8_t *bytes, size_t length);

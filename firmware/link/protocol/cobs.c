@@ -4,7 +4,7 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-#include "litestereo/cobs.h"
+#include "cobs.h"
 
 #define FULL_BLOCK 0xff  /* Code of 254 bytes that no zero follows. */
 

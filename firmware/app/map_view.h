@@ -6,10 +6,10 @@
 
 /* Shows the map of the newest frame that is done on the screen, some pixels at a time. */
 
-#ifndef LITESTEREO_MAP_VIEW_H
-#define LITESTEREO_MAP_VIEW_H
+#ifndef LITESTEREO_APP_MAP_VIEW_H
+#define LITESTEREO_APP_MAP_VIEW_H
 
-#include "litestereo/frame_pool.h"
+#include "link/frame_pool.h"
 #include "litestereo/screen.h"
 
 /** The way from the frames to the screen. */

@@ -4,14 +4,14 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-#include "litestereo/update.h"
+#include "update.h"
 
 #include <string.h>
 
 #include "lib/bytes.h"
+#include "link/protocol/protocol.h"
 #include "litestereo/crc32.h"
 #include "litestereo/firmware_tag.h"
-#include "litestereo/protocol.h"
 
 /* Bytes of memory that are checked in one turn. */
 #define CHECKED_AT_ONCE 1024u

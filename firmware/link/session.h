@@ -6,18 +6,18 @@
 
 /* The device's side of the link protocol: takes a request, gives its reply. Knows no transport and no hardware. */
 
-#ifndef LITESTEREO_SESSION_H
-#define LITESTEREO_SESSION_H
+#ifndef LITESTEREO_LINK_SESSION_H
+#define LITESTEREO_LINK_SESSION_H
 
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "litestereo/counters.h"
-#include "litestereo/frame_pool.h"
-#include "litestereo/frame_stream.h"
-#include "litestereo/message.h"
-#include "litestereo/peer.h"
-#include "litestereo/update.h"
+#include "counters.h"
+#include "frame_pool.h"
+#include "frame_stream.h"
+#include "link/protocol/message.h"
+#include "link/protocol/peer.h"
+#include "link/update/update.h"
 
 /** Streamed frames that have left and are remembered, so that a late copy of their STREAM begins nothing. */
 #define SESSION_STREAMS 16u

@@ -4,7 +4,7 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-#include "litestereo/message.h"
+#include "message.h"
 
 #include "lib/bytes.h"
 #include "litestereo/crc32.h"

@@ -4,14 +4,14 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-#ifndef LITESTEREO_MESSAGE_H
-#define LITESTEREO_MESSAGE_H
+#ifndef LITESTEREO_LINK_PROTOCOL_MESSAGE_H
+#define LITESTEREO_LINK_PROTOCOL_MESSAGE_H
 
 #include <stddef.h>
 #include <stdint.h>
 
-#include "litestereo/protocol.h"
 #include "litestereo/status.h"
+#include "protocol.h"
 
 /** A message, taken apart. */
 typedef struct {

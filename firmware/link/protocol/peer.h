@@ -6,8 +6,8 @@
 
 /* Whom a message came from. */
 
-#ifndef LITESTEREO_PEER_H
-#define LITESTEREO_PEER_H
+#ifndef LITESTEREO_LINK_PROTOCOL_PEER_H
+#define LITESTEREO_LINK_PROTOCOL_PEER_H
 
 #include <stdbool.h>
 #include <stdint.h>

@@ -6,8 +6,8 @@
 
 /* Numbers of the link protocol; docs/protocol.md says what they mean, and a test compares the two. */
 
-#ifndef LITESTEREO_PROTOCOL_H
-#define LITESTEREO_PROTOCOL_H
+#ifndef LITESTEREO_LINK_PROTOCOL_PROTOCOL_H
+#define LITESTEREO_LINK_PROTOCOL_PROTOCOL_H
 
 #define PROTOCOL_MAGIC       0x534cu
 #define PROTOCOL_VERSION     1u

@@ -6,16 +6,16 @@
 
 /* The protocol over UDP, as docs/protocol.md, "UDP", has it. Gateware moves images and maps; this is the rest. */
 
-#ifndef LITESTEREO_LINK_UDP_LINK_H
-#define LITESTEREO_LINK_UDP_LINK_H
+#ifndef LITESTEREO_LINK_UDP_UDP_LINK_H
+#define LITESTEREO_LINK_UDP_UDP_LINK_H
 
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "litestereo/frame_link.h"
-#include "litestereo/frame_pool.h"
-#include "litestereo/frame_stream.h"
-#include "litestereo/session.h"
+#include "drivers/frame_link.h"
+#include "link/frame_pool.h"
+#include "link/frame_stream.h"
+#include "link/session.h"
 
 /** A READ in line. */
 typedef struct {

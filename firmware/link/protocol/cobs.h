@@ -4,8 +4,8 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-#ifndef LITESTEREO_COBS_H
-#define LITESTEREO_COBS_H
+#ifndef LITESTEREO_LINK_PROTOCOL_COBS_H
+#define LITESTEREO_LINK_PROTOCOL_COBS_H
 
 #include <stdbool.h>
 #include <stddef.h>

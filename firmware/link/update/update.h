@@ -15,8 +15,8 @@
  * erased first and its page programmed last: nothing that is half there looks like an image.
  */
 
-#ifndef LITESTEREO_UPDATE_H
-#define LITESTEREO_UPDATE_H
+#ifndef LITESTEREO_LINK_UPDATE_UPDATE_H
+#define LITESTEREO_LINK_UPDATE_UPDATE_H
 
 #include <stdbool.h>
 #include <stdint.h>

@@ -6,12 +6,12 @@
 
 /* The way of a streamed frame to the matcher and back, for who knows no hardware. One frame at a time. */
 
-#ifndef LITESTEREO_FRAME_STREAM_H
-#define LITESTEREO_FRAME_STREAM_H
+#ifndef LITESTEREO_LINK_FRAME_STREAM_H
+#define LITESTEREO_LINK_FRAME_STREAM_H
 
 #include <stdint.h>
 
-#include "litestereo/frame_pool.h"
+#include "frame_pool.h"
 #include "litestereo/status.h"
 
 /** What brings pixel pairs to the matcher past memory, and its map to the host. */

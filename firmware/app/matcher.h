@@ -6,14 +6,14 @@
 
 /* Takes frames from the pool to the accelerator, one after the other. */
 
-#ifndef LITESTEREO_MATCHER_H
-#define LITESTEREO_MATCHER_H
+#ifndef LITESTEREO_APP_MATCHER_H
+#define LITESTEREO_APP_MATCHER_H
 
 #include <stdint.h>
 
-#include "litestereo/counters.h"
-#include "litestereo/frame_pool.h"
-#include "litestereo/frame_stream.h"
+#include "link/counters.h"
+#include "link/frame_pool.h"
+#include "link/frame_stream.h"
 #include "litestereo/stereo.h"
 
 /** The way between pool and accelerator. */

@@ -6,15 +6,15 @@
 
 /* Commands for people, on the same line as the link. */
 
-#ifndef LITESTEREO_CONSOLE_H
-#define LITESTEREO_CONSOLE_H
+#ifndef LITESTEREO_APP_CONSOLE_H
+#define LITESTEREO_APP_CONSOLE_H
 
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
-#include "litestereo/matcher.h"
-#include "litestereo/session.h"
+#include "link/session.h"
+#include "matcher.h"
 
 /** Most characters of a line. */
 #define CONSOLE_LINE_SIZE 80u
