@@ -29,17 +29,6 @@ static unsigned parse_number(const char *word, unsigned long most)
     return *word >= '0' && *word <= '9' && *end == 0 && value <= most ? (unsigned)value : 0;
 }
 
-void print_failure(console_t *console, const char *command, const frame_t *frame)
-{
-    if (frame->result.error == ERROR_TIMEOUT) {
-        console_printf(console, "%s: FAILED: the matcher did not finish in %u clocks\n", command,
-            (unsigned)frame->result.detail);
-    } else {
-        console_printf(console, "%s: FAILED: the matcher ended with error %u\n", command,
-            (unsigned)frame->result.detail);
-    }
-}
-
 static void fill_with_pattern(frame_t *frame)
 {
     pattern_fill(frame_left(frame), frame_pixels(frame), LEFT_SEED);

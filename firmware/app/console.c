@@ -6,12 +6,10 @@
 
 #include "console.h"
 
-#include <stdarg.h>
 #include <string.h>
 
 #include "commands.h"
 #include "litestereo/platform.h"
-#include "litestereo/print.h"
 #include "litestereo/reset.h"
 #include "litestereo/watchdog.h"
 
@@ -42,15 +40,6 @@ static const struct {
 };
 
 #define COMMANDS (sizeof(commands) / sizeof(commands[0]))
-
-void console_printf(console_t *console, const char *format, ...)
-{
-    va_list arguments;
-
-    va_start(arguments, format);
-    print_to(console->write, console->context, format, arguments);
-    va_end(arguments);
-}
 
 static bool command_help(console_t *console, char **argv)
 {

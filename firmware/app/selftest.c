@@ -30,29 +30,7 @@ static const case_t cases[] = {
     {0,  UINT8_MAX, 12, 4, true,  0xffffffff},
 };
 
-static int16_t  expected[MAX_PIXELS];
-uint32_t        cpu_scratch[CPU_SCRATCH_WORDS];
-
-stereo_settings_t settings_with_all_stages(const stereo_limits_t *limits)
-{
-    static const struct {
-        stereo_field_t field;
-        int32_t        value;
-    } wanted[] = {
-        {STEREO_FIELD_MIN_DISPARITY,     3},
-        {STEREO_FIELD_TEXTURE_THRESHOLD, 60},
-        {STEREO_FIELD_UNIQUENESS_RATIO,  5},
-        {STEREO_FIELD_DISP12_MAX_DIFF,   1},
-        {STEREO_FIELD_MEDIAN,            1},
-    };
-    stereo_settings_t settings = stereo_settings_default(limits);
-
-    for (size_t i = 0; i < sizeof(wanted) / sizeof(wanted[0]); i++) {
-        /* What is not built is refused, and stays as it is. */
-        (void)stereo_settings_set(&settings, limits, wanted[i].field, wanted[i].value);
-    }
-    return settings;
-}
+static int16_t expected[MAX_PIXELS];
 
 static stereo_settings_t case_settings(const case_t *test, const stereo_limits_t *limits)
 {

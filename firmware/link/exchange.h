@@ -66,6 +66,9 @@ uint32_t session_first_missing(const session_t *session, const frame_t *frame);
 /** Remembers that a frame, if it is a streamed one, leaves. */
 void session_note_left(session_t *session, const frame_t *frame);
 
+/** Whether such a frame, begun by a STREAM of that sequence, is remembered. */
+bool session_has_left(const session_t *session, uint32_t sequence);
+
 /** Judges, in session_peer.c, whether a request comes from whom the session belongs to; refuses it if not. */
 bool session_admit(session_t *session, exchange_t *exchange);
 
