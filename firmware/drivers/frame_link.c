@@ -6,8 +6,9 @@
 
 #include "frame_link.h"
 
+#include <stddef.h>
+
 #include "frame_link_csr.h"
-#include "frame_link_wait.h"
 #include "lib/bytes.h"
 
 #define CONTROL_ENABLE (1u << 0)
@@ -21,12 +22,31 @@
 #define SEND_RUN      (1u << 1)
 #define SEND_ABORT    (1u << 2)
 
+#define STREAM_OPEN    (1u << 0)  /* Of stream_control, and of stream_status: pairs are missing. */
+#define STREAM_CLOSE   (1u << 1)  /* Of stream_control. */
+
 #define ENTRY_PORT    4u  /* Offsets in an entry of the mailbox, bytes. */
 #define ENTRY_LENGTH  6u
 #define ENTRY_MESSAGE 8u
 
 #define MOST_SLOTS    16u
 #define MOST_CHUNKS   (8u * PROTOCOL_CHUNK_SIZE)  /* The reply to MISSING has a bit for each. */
+
+/* Clocks in which the gateware has to do what takes it microseconds. */
+#define WAIT_BUDGET 100000u
+
+/* Waits while `condition` holds; STATUS_TIMEOUT if it does for too long. */
+static status_t wait_while(bool (*condition)(void))
+{
+    uint64_t begin = clock_now();
+
+    while (condition()) {
+        if (clock_now() - begin > WAIT_BUDGET) {
+            return STATUS_TIMEOUT;
+        }
+    }
+    return STATUS_OK;
+}
 
 static bool is_clearing(void)
 {
@@ -287,6 +307,55 @@ status_t frame_link_abort_run(frame_link_t *link)
     }
     frame_link_send_control_write(SEND_ABORT);
     return wait_while(is_sending_run);
+}
+
+/* The way of streamed frames: pairs from datagrams to the matcher, parts of maps from the matcher to datagrams. */
+
+static bool is_streaming(void)
+{
+    return frame_link_stream_status_read() != 0;
+}
+
+status_t frame_link_open_stream(frame_link_t *link, uint32_t frame_id, uint32_t pixels, uint32_t sequence)
+{
+    if (link == NULL || pixels == 0) {
+        return STATUS_BAD_ARGUMENT;
+    }
+    if (!link->capabilities.streaming) {
+        return STATUS_UNSUPPORTED;
+    }
+    if (is_streaming()) {
+        return STATUS_BUSY;
+    }
+    frame_link_stream_frame_id_write(frame_id);
+    frame_link_stream_pixels_write(pixels);
+    frame_link_stream_sequence_write(sequence);
+    frame_link_stream_control_write(STREAM_OPEN);
+    return STATUS_OK;
+}
+
+bool frame_link_stream_busy(const frame_link_t *link)
+{
+    (void)link;
+    return is_streaming();
+}
+
+uint32_t frame_link_stream_wanted(const frame_link_t *link)
+{
+    uint32_t offset = frame_link_stream_offset_read();
+
+    (void)link;
+    /* The offset first: if the last pairs come in between it counts no more. */
+    return (frame_link_stream_status_read() & STREAM_OPEN) != 0 ? offset : PROTOCOL_NO_OFFSET;
+}
+
+status_t frame_link_close_stream(frame_link_t *link)
+{
+    if (link == NULL) {
+        return STATUS_BAD_ARGUMENT;
+    }
+    frame_link_stream_control_write(STREAM_CLOSE);
+    return wait_while(is_streaming);
 }
 
 void frame_link_count(const frame_link_t *link, frame_link_counters_t *counters)

@@ -9,7 +9,6 @@
 #define WITHOUT_FRAME_LINK
 
 #include "drivers/frame_link.c"
-#include "drivers/frame_link_stream.c"
 
 #include <string.h>
 

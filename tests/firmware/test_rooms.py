@@ -28,8 +28,8 @@ ROOMS = {
     "app":           {"include", "lib", "reference", "link/protocol", "drivers", "link/update", "link", "link/udp"},
     "boot":          {"include", "lib", "drivers"},
     "examples":      {"include", "lib"},
-    "tests":         {"include", "lib", "reference", "link/protocol", "drivers", "link/update", "link", "link/udp", "app",
-                      "boot"},
+    "tests":         {"include", "lib", "reference", "link/protocol", "drivers", "link/update", "link", "link/udp",
+                      "app", "boot"},
     "fuzz":          {"include", "lib", "link/protocol", "drivers", "link", "link/udp", "tests"},
 }
 
