@@ -39,7 +39,7 @@ STANDARD = {f"{name}.h" for name in ("assert", "inttypes", "limits", "setjmp", "
                                      "stdio", "stdlib", "string", "wchar")}
 
 #: Folders whose headers are found without their name.
-PATHS = (FIRMWARE / "include", FIRMWARE, FIRMWARE / "tests" / "stubs", FIRMWARE / "tests")
+PATHS = (FIRMWARE / "include", FIRMWARE, FIRMWARE / "tests" / "stubs", FIRMWARE / "tests" / "support")
 
 #: Sources that need headers that LiteX generates and the stubs for the tests lack.
 NOT_COMPILED = {"boot/boot.c", "drivers/platform.c"}

@@ -264,7 +264,7 @@ static void test_ensure(void)
     type("");
     ENSURE(resets == 1);
     REQUIRE(resets == 1 && last_reset == RESET_ENSURE);
-    REQUIRE(strstr(out, "tests/test_app.c:") != NULL && strstr(out, ": ensure failed, reset\r\n") != NULL);
+    REQUIRE(strstr(out, "tests/app/test_app.c:") != NULL && strstr(out, ": ensure failed, reset\r\n") != NULL);
 }
 
 static void test_wrong_gateware(void)
