@@ -96,7 +96,7 @@ static bool command_stats(console_t *console, char **argv)
     const stereo_statistics_t *matcher = &console->matcher->stereo->statistics;
 
     (void)argv;
-    session_look(console->session, clock_now());
+    session_update_counters(console->session, clock_now());
     for (unsigned i = 0; i < COUNTERS; i++) {
         console_printf(console, "%s: %u\n", counter_name(i), (unsigned)console->counters->value[i]);
     }

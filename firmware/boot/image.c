@@ -9,7 +9,7 @@
 #include <litestereo/crc32.h>
 #include <litestereo/flash.h>
 
-/* In flash before the firmware, little-endian: the same two words that LiteX's BIOS knows. */
+/* The header before the firmware in flash, little-endian; LiteX's BIOS has the same. */
 typedef struct {
     uint32_t length_bytes;
     uint32_t crc32;

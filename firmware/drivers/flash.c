@@ -10,7 +10,7 @@
 
 #include "platform.h"
 
-/* The boards' SoCs say where in it the images are. */
+/* The SoC's constants say where the images are. */
 #if defined(CSR_FLASH_BASE) && defined(FLASH_IMAGES)
 
 #include "flash_pins.h"
@@ -23,13 +23,13 @@ enum {
     COMMAND_ID           = 0x9f,
 };
 
-/* Bits of the status: an operation is under way, the write enable latch, what is protected. */
+/* Bits of the status register: operation in progress, write enable latch, protected blocks. */
 enum { STATUS_BIT_BUSY = 0x01, STATUS_BIT_ENABLED = 0x02, STATUS_BITS_PROTECTED = 0x1c };
 
-/* Seconds that an operation may take: more than the data sheets say, 0.4 and 0.003 of most. */
+/* Seconds that an operation may take. Data sheets of most devices say 0.4 and 0.003. */
 enum { ERASE_LIMIT_S = 5, PROGRAM_LIMIT_S = 1 };
 
-/* Capacities in JEDEC's id that are powers of two of bytes, and are enough for a bitstream. */
+/* Plausible capacities in the JEDEC id, as powers of two in bytes. */
 enum { LEAST_CAPACITY = 18, MOST_CAPACITY = 31 };
 
 static void deselect(void)
@@ -42,8 +42,8 @@ static uint8_t read_status(void)
 {
     uint8_t status;
 
-    transfer(COMMAND_STATUS);
-    status = transfer(0);
+    flash_transfer(COMMAND_STATUS);
+    status = flash_transfer(0);
     deselect();
     return status;
 }
@@ -53,12 +53,12 @@ static uint32_t read_id(void)
     uint8_t  nothing;
     uint32_t id;
 
-    /* Has the FPGA swallow the first clocks, as it may. */
+    /* The FPGA may swallow the first clocks: flash_read makes some before it selects the flash. */
     flash_read(0, &nothing, 0);
-    transfer(COMMAND_ID);
-    id = (uint32_t)transfer(0) << 16;
-    id |= (uint32_t)transfer(0) << 8;
-    id |= transfer(0);
+    flash_transfer(COMMAND_ID);
+    id = (uint32_t)flash_transfer(0) << 16;
+    id |= (uint32_t)flash_transfer(0) << 8;
+    id |= flash_transfer(0);
     deselect();
     return id;
 }
@@ -82,7 +82,7 @@ status_t flash_init(flash_t *flash, uint32_t clock_hz)
     return STATUS_OK;
 }
 
-/* Whether these bytes are of an image, and of one piece of `piece` bytes, a power of two. */
+/* Whether these bytes are within the images and within one page or sector of `piece` bytes, a power of two. */
 static bool is_writable(const flash_t *flash, uint32_t address, uint32_t length, uint32_t piece)
 {
     uint32_t inside = address - flash->images_offset;
@@ -92,23 +92,23 @@ static bool is_writable(const flash_t *flash, uint32_t address, uint32_t length,
         && address % piece + length <= piece;
 }
 
-/* Sends an enabled command with its address, and leaves the flash selected. */
+/* Enables writing and sends a command with its address; leaves the flash selected. */
 static status_t begin(flash_t *flash, uint8_t command, uint32_t address, uint64_t clock, uint32_t limit_s)
 {
     if ((read_status() & STATUS_BIT_BUSY) != 0) {
         return STATUS_BUSY;
     }
-    transfer(COMMAND_WRITE_ENABLE);
+    flash_transfer(COMMAND_WRITE_ENABLE);
     deselect();
     if ((read_status() & STATUS_BIT_ENABLED) == 0) {
         return STATUS_PROTECTED;
     }
     flash->began = clock;
     flash->limit = (uint64_t)limit_s * flash->clock_hz;
-    transfer(command);
-    transfer((uint8_t)(address >> 16));
-    transfer((uint8_t)(address >> 8));
-    transfer((uint8_t)address);
+    flash_transfer(command);
+    flash_transfer((uint8_t)(address >> 16));
+    flash_transfer((uint8_t)(address >> 8));
+    flash_transfer((uint8_t)address);
     return STATUS_OK;
 }
 
@@ -136,7 +136,7 @@ status_t flash_begin_program(flash_t *flash, uint32_t address, const uint8_t *da
     status = begin(flash, COMMAND_PROGRAM, address, clock, PROGRAM_LIMIT_S);
     if (status == STATUS_OK) {
         while (length-- > 0) {
-            transfer(*data++);
+            flash_transfer(*data++);
         }
         deselect();
     }

@@ -4,7 +4,7 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-/* The pins of the flash, which the CPU drives itself. */
+/* The pins of the flash, which the CPU drives by software. */
 
 #ifndef LITESTEREO_DRIVERS_FLASH_PINS_H
 #define LITESTEREO_DRIVERS_FLASH_PINS_H
@@ -16,8 +16,8 @@
 /* Bits of the register of LiteX's SPIMaster. */
 enum { CLOCK = 1 << 0, MOSI = 1 << 1, OUTPUT = 1 << 2, SELECT = 1 << 4 };
 
-/* Sends a byte, high bit first, and returns the one that comes back meanwhile: mode 0. */
-static uint8_t transfer(uint8_t out)
+/* Sends a byte, high bit first, and returns the byte received at the same time; SPI mode 0. */
+static uint8_t flash_transfer(uint8_t out)
 {
     uint32_t in = 0;
 

@@ -13,13 +13,13 @@
 
 #define CONTROL_ENABLE (1u << 0)
 
-#define SLOT_OPEN     (1u << 8)  /* Of slot_control, beside the number of the slot. */
+#define SLOT_OPEN     (1u << 8)  /* Of slot_control, next to the number of the slot. */
 #define SLOT_CLOSE    (1u << 9)
 #define SLOT_CLEARING (1u << 0)  /* Of slot_status. */
 #define SLOT_WRITING  (1u << 1)
 
 #define SEND_REPLY    (1u << 0)  /* Of send_control; of send_status the first two. */
-#define SEND_RUN      (1u << 1)
+#define SEND_BURST      (1u << 1)
 #define SEND_ABORT    (1u << 2)
 
 #define STREAM_OPEN    (1u << 0)  /* Of stream_control, and of stream_status: pairs are missing. */
@@ -32,10 +32,10 @@
 #define MOST_SLOTS    16u
 #define MOST_CHUNKS   (8u * PROTOCOL_CHUNK_SIZE)  /* The reply to MISSING has a bit for each. */
 
-/* Clocks in which the gateware has to do what takes it microseconds. */
+/* Clocks allowed for operations that take the gateware microseconds. */
 #define WAIT_BUDGET 100000u
 
-/* Waits while `condition` holds; STATUS_TIMEOUT if it does for too long. */
+/* Waits while `condition` holds; STATUS_TIMEOUT after WAIT_BUDGET. */
 static status_t wait_while(bool (*condition)(void))
 {
     uint64_t begin = clock_now();
@@ -63,9 +63,9 @@ static bool is_sending_reply(void)
     return (frame_link_send_status_read() & SEND_REPLY) != 0;
 }
 
-static bool is_sending_run(void)
+static bool is_sending_burst(void)
 {
-    return (frame_link_send_status_read() & SEND_RUN) != 0;
+    return (frame_link_send_status_read() & SEND_BURST) != 0;
 }
 
 static bool is_power_of_two(uint32_t value)
@@ -73,7 +73,7 @@ static bool is_power_of_two(uint32_t value)
     return value != 0 && (value & (value - 1)) == 0;
 }
 
-static bool capabilities_make_sense(const frame_link_capabilities_t *can)
+static bool capabilities_are_valid(const frame_link_capabilities_t *can)
 {
     return can->version == FRAME_LINK_VERSION && can->slots > 0 && can->slots <= MOST_SLOTS
         && can->max_chunks > 0 && can->max_chunks % 32 == 0 && can->max_chunks <= MOST_CHUNKS
@@ -81,10 +81,10 @@ static bool capabilities_make_sense(const frame_link_capabilities_t *can)
         && is_power_of_two(can->alignment) && can->alignment <= FRAME_LINK_MAX_ALIGNMENT;
 }
 
-/* Whatever ran before, as after a restart of the firmware alone: it must not go on in memory that is ours now. */
-static status_t come_to_rest(frame_link_t *link)
+/* After a restart of the firmware alone the gateware may still be running; it must not touch memory that is ours now. */
+static status_t stop_everything(frame_link_t *link)
 {
-    status_t reply, run, stream;
+    status_t reply, burst, stream;
 
     frame_link_control_write(0);
     frame_link_token_write(0);
@@ -92,10 +92,10 @@ static status_t come_to_rest(frame_link_t *link)
         frame_link_slot_control_write((uint16_t)(slot | SLOT_CLOSE));
     }
     frame_link_send_control_write(SEND_ABORT);
-    run    = wait_while(is_sending_run);
+    burst  = wait_while(is_sending_burst);
     reply  = wait_while(is_sending_reply);
     stream = frame_link_close_stream(link);
-    if (run != STATUS_OK || reply != STATUS_OK || stream != STATUS_OK) {
+    if (burst != STATUS_OK || reply != STATUS_OK || stream != STATUS_OK) {
         return STATUS_TIMEOUT;
     }
     return wait_while(is_writing);
@@ -121,10 +121,10 @@ status_t frame_link_init(frame_link_t *link, uint8_t *mailbox)
         },
         .mailbox = mailbox,
     };
-    if (!capabilities_make_sense(&link->capabilities)) {
+    if (!capabilities_are_valid(&link->capabilities)) {
         return STATUS_UNSUPPORTED;
     }
-    status = come_to_rest(link);
+    status = stop_everything(link);
     if (status != STATUS_OK) {
         return status;
     }
@@ -132,7 +132,7 @@ status_t frame_link_init(frame_link_t *link, uint8_t *mailbox)
     link->produced = (uint8_t)frame_link_mailbox_produced_read();
     link->consumed = link->produced;
     frame_link_mailbox_consumed_write(link->consumed);
-    /* Nothing that the CPU wrote may reach the mailbox later than a message. */
+    /* What the CPU wrote there must reach the mailbox before any message does. */
     memory_to_device();
     frame_link_control_write(CONTROL_ENABLE);
     return STATUS_OK;
@@ -143,7 +143,7 @@ status_t frame_link_set_session(frame_link_t *link, uint32_t token, const peer_t
     if (link == NULL || peer == NULL) {
         return STATUS_BAD_ARGUMENT;
     }
-    /* Without a token while the peer changes: no chunk is judged by half of each. */
+    /* No token while the peer changes, so that no chunk is compared with half of the old and half of the new. */
     frame_link_token_write(0);
     frame_link_peer_address_write(peer->address);
     frame_link_peer_port_write(peer->port);
@@ -172,7 +172,7 @@ status_t frame_link_open_slot(frame_link_t *link, unsigned slot, uint32_t frame_
     frame_link_slot_frame_id_write(frame_id);
     frame_link_slot_base_write((uint32_t)(uintptr_t)memory);
     frame_link_slot_pixels_write(pixels);
-    /* Nothing that the CPU wrote may reach the slot later than a chunk. */
+    /* What the CPU wrote there must reach the slot before any chunk does. */
     memory_to_device();
     frame_link_slot_control_write((uint16_t)(slot | SLOT_OPEN));
     if (wait_while(is_clearing) != STATUS_OK) {
@@ -193,7 +193,7 @@ status_t frame_link_close_slot(frame_link_t *link, unsigned slot)
     frame_link_slot_control_write((uint16_t)(slot | SLOT_CLOSE));
     begin  = clock_now();
     status = frame_link_slot_status_read();
-    /* Chunks of other slots may follow one another for as long as they like. */
+    /* Wait for chunks of this slot only: those of other slots may keep the gateware writing for any time. */
     while ((status & SLOT_WRITING) != 0 && ((status >> 4) & 0xf) == slot) {
         if (clock_now() - begin > WAIT_BUDGET) {
             return STATUS_TIMEOUT;
@@ -215,7 +215,7 @@ uint32_t frame_link_arrived(const frame_link_t *link, unsigned slot, unsigned wo
     return frame_link_arrived_read();
 }
 
-status_t frame_link_look(frame_link_t *link, frame_link_message_t *message)
+status_t frame_link_peek(frame_link_t *link, frame_link_message_t *message)
 {
     const uint8_t *entry;
     size_t         length;
@@ -225,7 +225,7 @@ status_t frame_link_look(frame_link_t *link, frame_link_message_t *message)
         if (link->consumed == link->produced) {
             return STATUS_IDLE;
         }
-        /* Once for all that have come. */
+        /* Once for all messages that have arrived. */
         memory_from_device();
     }
     entry = link->mailbox + link->consumed % link->capabilities.mailbox_entries * FRAME_LINK_ENTRY_SIZE;
@@ -246,8 +246,8 @@ void frame_link_drop(frame_link_t *link)
     }
 }
 
-/* Stages a message and begins to send it. */
-static void send(const peer_t *peer, const message_t *message, uint8_t how)
+/* Writes the registers of a message and begins to send it, with SEND_REPLY or SEND_BURST. */
+static void send(const peer_t *peer, const message_t *message, uint8_t control)
 {
     frame_link_send_address_write(peer->address);
     frame_link_send_port_write(peer->port);
@@ -259,7 +259,7 @@ static void send(const peer_t *peer, const message_t *message, uint8_t how)
     frame_link_send_base_write((uint32_t)(uintptr_t)message->payload);
     frame_link_send_length_write(message->length);
     memory_to_device();
-    frame_link_send_control_write(how);
+    frame_link_send_control_write(control);
 }
 
 status_t frame_link_reply(frame_link_t *link, const peer_t *peer, const message_t *message)
@@ -281,35 +281,35 @@ bool frame_link_reply_busy(const frame_link_t *link)
     return is_sending_reply();
 }
 
-status_t frame_link_run(frame_link_t *link, const peer_t *peer, const message_t *message)
+status_t frame_link_send_burst(frame_link_t *link, const peer_t *peer, const message_t *message)
 {
     if (link == NULL || peer == NULL || message == NULL || !is_aligned(link, message->payload)
         || message->length == 0) {
         return STATUS_BAD_ARGUMENT;
     }
-    if (is_sending_run()) {
+    if (is_sending_burst()) {
         return STATUS_BUSY;
     }
-    send(peer, message, SEND_RUN);
+    send(peer, message, SEND_BURST);
     return STATUS_OK;
 }
 
-bool frame_link_run_busy(const frame_link_t *link)
+bool frame_link_burst_busy(const frame_link_t *link)
 {
     (void)link;
-    return is_sending_run();
+    return is_sending_burst();
 }
 
-status_t frame_link_abort_run(frame_link_t *link)
+status_t frame_link_abort_burst(frame_link_t *link)
 {
     if (link == NULL) {
         return STATUS_BAD_ARGUMENT;
     }
     frame_link_send_control_write(SEND_ABORT);
-    return wait_while(is_sending_run);
+    return wait_while(is_sending_burst);
 }
 
-/* The way of streamed frames: pairs from datagrams to the matcher, parts of maps from the matcher to datagrams. */
+/* Streamed frames: pairs from datagrams to the matcher, parts of the map from the matcher to datagrams. */
 
 static bool is_streaming(void)
 {
@@ -345,7 +345,7 @@ uint32_t frame_link_stream_wanted(const frame_link_t *link)
     uint32_t offset = frame_link_stream_offset_read();
 
     (void)link;
-    /* The offset first: if the last pairs come in between it counts no more. */
+    /* The offset is read first: if the last pairs arrive before the status is read, it is not used. */
     return (frame_link_stream_status_read() & STREAM_OPEN) != 0 ? offset : PROTOCOL_NO_OFFSET;
 }
 

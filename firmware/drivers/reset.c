@@ -8,7 +8,7 @@
 
 #include "platform.h"
 
-/* The register `cause`, from bit 0 up: cause, resets, line. */
+/* Fields of the register `cause`, from bit 0 up: cause, resets, line. */
 #define RESETS_SHIFT 8
 #define LINE_SHIFT   16
 #define RESETS_MOST  0xffu
@@ -60,7 +60,7 @@ void reset_begin(reset_report_t *report)
         resets++;
     }
     report->resets = (uint8_t)resets;
-    /* What the next start reads if nobody writes anything better until then. */
+    /* The next start reads this unless reset_now records a cause before. */
     record(RESET_UNKNOWN, resets, 0, 0);
 }
 

@@ -14,13 +14,13 @@
 
 enum { WIDTH = VIDEO_FRAMEBUFFER_HRES, HEIGHT = VIDEO_FRAMEBUFFER_VRES, PICTURE_BYTES = WIDTH * HEIGHT };
 
-/* More than any memory port needs, and both pictures have it. */
+/* Bytes; more than any memory port needs. */
 enum { ALIGNMENT = 64 };
 
 _Static_assert(VIDEO_FRAMEBUFFER_DEPTH == 8, "pixels are bytes");
 _Static_assert(WIDTH % 4 == 0 && PICTURE_BYTES % ALIGNMENT == 0, "both pictures are aligned");
 
-/* Taken over with the next word that is read: for the rest of one picture the screen may show some of either. */
+/* The gateware uses the new address from the next word on, so during one refresh the screen may show parts of both. */
 static void show(const uint8_t *picture)
 {
     memory_to_device();
@@ -38,7 +38,7 @@ status_t screen_init(screen_t *screen, uint8_t *memory)
     if (memory == NULL || (uintptr_t)memory % ALIGNMENT != 0) {
         return STATUS_BAD_ARGUMENT;
     }
-    /* It may be reading from a place of its own choice, as after a restart of the firmware alone. */
+    /* After a restart of the firmware alone the gateware may still read from the old address. */
     video_framebuffer_dma_enable_write(0);
     memset(memory, 0, screen_bytes());
     *screen = (screen_t){.width = WIDTH, .height = HEIGHT, .pictures = memory, .hidden = 1};

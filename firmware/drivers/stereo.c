@@ -23,12 +23,12 @@
 #define OPTION_STREAMED (1u << 3)
 #define NO_CHECK        255u  /* As disp12_max_diff. */
 
-/* The matcher takes a pixel per clock where memory keeps up. Sixteen clocks leave room for a slow and busy memory,
- * the rest for what a frame costs beside its pixels. */
+/* The matcher needs a clock per pixel if memory keeps up. Sixteen clocks allow for a slow and busy memory, the constant
+ * part for the overhead of a frame. */
 #define BUDGET_PER_PIXEL 16u
 #define BUDGET_PER_FRAME 100000u
 
-/* Clocks in which an abort has to come through: the longest burst, many times over. */
+/* Clocks that an abort may take: many times the longest burst. */
 #define ABORT_BUDGET 100000u
 
 static bool is_busy(void)
@@ -36,7 +36,7 @@ static bool is_busy(void)
     return (stereo_status_read() & STATE_BUSY) != 0;
 }
 
-/* Forgets ends that were not seen. */
+/* Clears events that have not been handled. */
 static void clear_events(stereo_t *stereo)
 {
     stereo_ev_pending_write(EVENT_DONE | EVENT_ERROR);
@@ -50,7 +50,7 @@ static status_t stop(stereo_t *stereo)
 
     stereo->busy = false;
     while (is_busy()) {
-        /* Again and again, as the gateware does not listen while it checks the settings of a frame. */
+        /* Repeated, because the gateware ignores an abort while it checks the settings of a frame. */
         stereo_control_write(CONTROL_ABORT);
         if (clock_now() - begin > ABORT_BUDGET) {
             stereo->statistics.stuck++;
@@ -61,7 +61,7 @@ static status_t stop(stereo_t *stereo)
     return STATUS_OK;
 }
 
-static bool capabilities_make_sense(const stereo_capabilities_t *can)
+static bool capabilities_are_valid(const stereo_capabilities_t *can)
 {
     const stereo_limits_t *limits = &can->limits;
 
@@ -96,7 +96,7 @@ status_t stereo_init(stereo_t *stereo)
             .dma_alignment   = stereo_dma_alignment_read(),
         },
     };
-    if (!capabilities_make_sense(&stereo->capabilities)) {
+    if (!capabilities_are_valid(&stereo->capabilities)) {
         return STATUS_UNSUPPORTED;
     }
     status = stop(stereo);
@@ -106,13 +106,13 @@ status_t stereo_init(stereo_t *stereo)
 
 void stereo_on_end(stereo_t *stereo, stereo_handler_t handler, void *context)
 {
-    /* The interrupt may come between any two of them, and finds no handler with the context of another. */
+    /* In this order an interrupt in between never calls a handler with the context of another. */
     stereo->handler = NULL;
     stereo->context = context;
     stereo->handler = handler;
 }
 
-/* From a job to the registers. */
+/* Submitting a job. */
 
 static uint32_t padded(const stereo_t *stereo, const stereo_settings_t *settings, uint32_t bytes)
 {
@@ -164,7 +164,7 @@ stereo_field_t stereo_check(const stereo_t *stereo, const stereo_job_t *job)
     return STEREO_FIELD_NONE;
 }
 
-/* The registers of the settings, which are taken over at the start of a frame. */
+/* Writes the registers that the gateware takes over at the start of a frame. */
 static void write_settings(const stereo_job_t *job)
 {
     const stereo_settings_t *settings = &job->settings;
@@ -203,7 +203,7 @@ status_t stereo_submit(stereo_t *stereo, const stereo_job_t *job, uint64_t clock
     if (stereo_check(stereo, job) != STEREO_FIELD_NONE) {
         status = STATUS_BAD_ARGUMENT;
     } else if (stereo->busy || is_busy()) {
-        /* The gateware may be busy with a job that the watchdog could not stop. */
+        /* The gateware may be busy with a job that could not be stopped. */
         status = STATUS_BUSY;
     }
     if (status != STATUS_OK) {
@@ -223,7 +223,7 @@ status_t stereo_submit(stereo_t *stereo, const stereo_job_t *job, uint64_t clock
     return STATUS_OK;
 }
 
-/* From the end of a job to its result. */
+/* The end of a job. */
 
 static stereo_error_t read_error(void)
 {
@@ -266,8 +266,8 @@ static status_t succeed(stereo_t *stereo, stereo_result_t *result)
     return STATUS_OK;
 }
 
-/* Looks at the gateware itself. */
-static status_t look(stereo_t *stereo, uint64_t clock, stereo_result_t *result)
+/* Polls the gateware itself, not the flag that the interrupt sets. */
+static status_t poll_gateware(stereo_t *stereo, uint64_t clock, stereo_result_t *result)
 {
     *result = (stereo_result_t){0};
     if (is_busy()) {
@@ -281,18 +281,18 @@ static status_t look(stereo_t *stereo, uint64_t clock, stereo_result_t *result)
 
 status_t stereo_poll(stereo_t *stereo, uint64_t clock, stereo_result_t *result)
 {
-    bool     silent = !stereo->event;
+    bool     no_event = !stereo->event;
     status_t status;
 
     if (!stereo->busy) {
         return STATUS_IDLE;
     }
-    if (silent && clock - stereo->started <= stereo->budget) {
+    if (no_event && clock - stereo->started <= stereo->budget) {
         return STATUS_BUSY;
     }
-    status = look(stereo, clock, result);
-    /* Late but not busy: the interrupt was lost, and the frame is there all the same. */
-    if (silent && (status == STATUS_OK || status == STATUS_MATCHER)) {
+    status = poll_gateware(stereo, clock, result);
+    /* Over budget but not busy: the interrupt was lost, and the map is valid all the same. */
+    if (no_event && (status == STATUS_OK || status == STATUS_MATCHER)) {
         stereo->statistics.lost_interrupts++;
     }
     return status;
@@ -303,7 +303,7 @@ status_t stereo_wait(stereo_t *stereo, stereo_result_t *result)
     status_t status;
 
     do {
-        status = stereo->busy ? look(stereo, clock_now(), result) : STATUS_IDLE;
+        status = stereo->busy ? poll_gateware(stereo, clock_now(), result) : STATUS_IDLE;
     } while (status == STATUS_BUSY);
     return status;
 }
@@ -321,7 +321,7 @@ void stereo_isr(stereo_t *stereo)
     uint32_t         pending = stereo_ev_pending_read();
     stereo_handler_t handler = stereo->handler;
 
-    /* Cleared before anything else, so that what happens meanwhile is pending again. */
+    /* Cleared first, so that an event during the handler is pending again. */
     stereo_ev_pending_write(pending);
     if (pending == 0) {
         return;

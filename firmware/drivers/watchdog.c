@@ -37,7 +37,7 @@ void watchdog_pause(void)
 
 void watchdog_resume(void)
 {
-    /* Fed in the very clock in which it is enabled: one that has never been fed would come at once. */
+    /* Feed and enable in one write: a watchdog that was never fed expires at once. */
     if (watchdog0_cycles_read() != 0) {
         watchdog0_control_write(CONTROL_FEED | CONTROL_ENABLE | CONTROL_RESET);
     }

@@ -117,7 +117,7 @@ static void note(input_t *input, frame_t *frame, slot_t *slot)
     uint32_t arrived = take(input);
     uint32_t word    = take(input) / 250;
 
-    frame_note(frame, word, arrived);
+    frame_mark_received(frame, word, arrived);
     for (uint32_t chunk = 0; chunk < slot->chunks && slot->state == FRAME_LOADING && word == 0; chunk++) {
         if ((arrived >> chunk & 1) != 0 && !slot->has[chunk]) {
             slot->has[chunk]    = true;

@@ -192,5 +192,5 @@ void bench_check(void)
         HOLDS(frame->state == FRAME_EMPTY || session.open);
         matching += frame->state == FRAME_MATCHING;
     }
-    HOLDS(matching <= 1 && udp.waiting <= PROTOCOL_READS_IN_LINE && (!session.open || session.token != 0));
+    HOLDS(matching <= 1 && udp.queued <= PROTOCOL_QUEUED_READS && (!session.open || session.token != 0));
 }

@@ -180,7 +180,7 @@ status_t frame_write(frame_t *frame, uint32_t offset, const uint8_t *chunk, uint
     return STATUS_OK;
 }
 
-void frame_note(frame_t *frame, uint32_t word, uint32_t arrived)
+void frame_mark_received(frame_t *frame, uint32_t word, uint32_t arrived)
 {
     uint32_t chunks = frame_chunks(frame);
 

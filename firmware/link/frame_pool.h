@@ -117,7 +117,7 @@ static inline uint32_t frame_chunks(const frame_t *frame)
  *
  * What has been noted stays noted, and chunks that the frame does not have are none.
  */
-void frame_note(frame_t *frame, uint32_t word, uint32_t arrived);
+void frame_mark_received(frame_t *frame, uint32_t word, uint32_t arrived);
 
 /** Declares all chunks received, by an owner that wrote both images in place. */
 status_t frame_fill(frame_t *frame);

@@ -4,7 +4,7 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-/* The way of a streamed frame to the matcher and back, for who knows no hardware. One frame at a time. */
+/* The path of a streamed frame to the matcher and back, free of hardware. One frame at a time. */
 
 #ifndef LITESTEREO_LINK_FRAME_STREAM_H
 #define LITESTEREO_LINK_FRAME_STREAM_H
@@ -14,14 +14,14 @@
 #include "frame_pool.h"
 #include "litestereo/status.h"
 
-/** What brings pixel pairs to the matcher past memory, and its map to the host. */
+/** Brings pixel pairs directly to the matcher, and its map to the host. */
 typedef struct {
     void      *context;  /**< First argument of the functions. */
-    /** Takes pairs of that frame; STATUS_BUSY while the map of the frame before has not left. */
+    /** Accepts pairs of this frame; STATUS_BUSY until the map of the previous frame has been sent. */
     status_t (*open)(void *context, const frame_t *frame);
-    /** Offset of the pairs that come next of the frame opened last, PROTOCOL_NO_OFFSET once all are in. */
+    /** Offset of the next pairs of the frame opened last; PROTOCOL_NO_OFFSET once all have arrived. */
     uint32_t (*wanted)(void *context);
-    /** Takes and sends nothing of it any more; the matcher has been stopped before. */
+    /** Accepts no more pairs and sends no more of the map; to be called after the matcher has stopped. */
     status_t (*close)(void *context);
 } frame_stream_t;
 

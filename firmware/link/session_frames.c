@@ -37,10 +37,10 @@ void session_open(session_t *session, exchange_t *exchange)
 
 void session_start(session_t *session, exchange_t *exchange)
 {
-    const session_transfer_t *transfer = session_transfer(session);
+    const session_transfer_t *transfer = session->transfer;
     frame_t                  *frame    = session_find_or_refuse(session, exchange);
 
-    /* A frame that is past LOADING has been started, so this is the request once more. */
+    /* A frame in any state after LOADING has been started: this is a repeated request. */
     if (frame == NULL || frame->state != FRAME_LOADING) {
         return;
     }
@@ -49,7 +49,7 @@ void session_start(session_t *session, exchange_t *exchange)
         refuse(exchange, ERROR_INCOMPLETE, frame_first_missing(frame));
         return;
     }
-    if (transfer != NULL && transfer->close(transfer->context, frame) != STATUS_OK) {
+    if (session_is_udp(session) && transfer->close_frame(transfer->context, frame) != STATUS_OK) {
         refuse(exchange, ERROR_TIMEOUT, 0);
         return;
     }

@@ -21,29 +21,27 @@ frame_t *session_find_or_refuse(session_t *session, exchange_t *exchange)
 
 void session_refresh(session_t *session, frame_t *frame)
 {
-    const session_transfer_t *transfer = session_transfer(session);
-
-    if (transfer != NULL && frame->state == FRAME_LOADING) {
-        transfer->refresh(transfer->context, frame);
+    if (session_is_udp(session) && frame->state == FRAME_LOADING) {
+        session->transfer->refresh(session->transfer->context, frame);
     }
 }
 
 void session_free(session_t *session, frame_t *frame, enum counter counter)
 {
-    const session_transfer_t *transfer = session_transfer(session);
+    const session_transfer_t *transfer = session->transfer;
 
     if (frame->state == FRAME_MATCHING) {
         session->stop(session->context, frame);
     }
-    if (transfer != NULL) {
-        /* Both waits are bounded, and the slot is freed at their end all the same: gateware that does not even stop
-         * is broken, and a device without slots would be of no use to the serial line either. */
+    if (session_is_udp(session)) {
+        /* Both waits are bounded. The slot is freed even if gateware does not stop: it is broken then, but without slots
+         * the device would be of no use to the serial line either. */
         if (frame->state == FRAME_LOADING) {
-            (void)transfer->close(transfer->context, frame);
+            (void)transfer->close_frame(transfer->context, frame);
         }
-        transfer->forget(transfer->context, frame);
+        transfer->forget_frame(transfer->context, frame);
     }
-    session_note_left(session, frame);
+    session_remember_departed(session, frame);
     if (frame_release(frame) == STATUS_OK) {
         count(session->counters, counter);
     }
@@ -58,8 +56,8 @@ void session_free_all(session_t *session, enum counter counter)
     }
 }
 
-/* enum protocol_size of what keeps a frame from being matched; 0 if nothing does. */
-static uint32_t judge_size(const session_t *session, const stereo_settings_t *settings)
+/* enum protocol_size: why a frame of this size cannot be matched; 0 if it can. */
+static uint32_t size_problem(const session_t *session, const stereo_settings_t *settings)
 {
     if (settings->width > session->info->max_width) {
         return SIZE_TOO_WIDE;
@@ -81,8 +79,8 @@ static uint32_t judge_size(const session_t *session, const stereo_settings_t *se
 
 frame_t *session_open_new(session_t *session, exchange_t *exchange, const stereo_settings_t *settings, bool streamed)
 {
-    const session_transfer_t *transfer = session_transfer(session);
-    uint32_t                  problem  = judge_size(session, settings);
+    const session_transfer_t *transfer = session->transfer;
+    uint32_t                  problem  = size_problem(session, settings);
     frame_t                  *frame;
 
     if (problem != 0) {
@@ -95,7 +93,7 @@ frame_t *session_open_new(session_t *session, exchange_t *exchange, const stereo
     }
     if (streamed) {
         frame_pool_stream(session->pool, frame, exchange->request->sequence);
-    } else if (transfer != NULL && transfer->open(transfer->context, frame) != STATUS_OK) {
+    } else if (session_is_udp(session) && transfer->open_frame(transfer->context, frame) != STATUS_OK) {
         frame_release(frame);
         refuse(exchange, ERROR_TIMEOUT, 0);
         return NULL;
@@ -115,7 +113,7 @@ stereo_settings_t session_settings_of(const session_t *session, const message_t 
 
 uint32_t session_first_missing(const session_t *session, const frame_t *frame)
 {
-    const frame_stream_t *stream = session_stream_way(session, &session->peer);
+    const frame_stream_t *stream = session_stream_path(session, &session->peer);
 
     if (!frame->streamed || stream == NULL) {
         return frame_first_missing(frame);
@@ -126,17 +124,17 @@ uint32_t session_first_missing(const session_t *session, const frame_t *frame)
     return frame->state == FRAME_MATCHING ? stream->wanted(stream->context) : PROTOCOL_NO_OFFSET;
 }
 
-void session_note_left(session_t *session, const frame_t *frame)
+void session_remember_departed(session_t *session, const frame_t *frame)
 {
     if (frame->streamed) {
-        session->streams[session->streams_left++ % SESSION_STREAMS] = frame->sequence;
+        session->departed[session->departed_count++ % SESSION_DEPARTED] = frame->sequence;
     }
 }
 
-bool session_has_left(const session_t *session, uint32_t sequence)
+bool session_has_departed(const session_t *session, uint32_t sequence)
 {
-    for (uint32_t i = 0; i < SESSION_STREAMS && i < session->streams_left; i++) {
-        if (session->streams[i] == sequence) {
+    for (uint32_t i = 0; i < SESSION_DEPARTED && i < session->departed_count; i++) {
+        if (session->departed[i] == sequence) {
             return true;
         }
     }

@@ -4,7 +4,7 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-/* Streamed frames: their pixels and maps never pass the session. */
+/* Requests about streamed frames, whose pixels and maps gateware moves. */
 
 #include "exchange.h"
 #include "lib/bytes.h"
@@ -20,9 +20,9 @@ void session_stream(session_t *session, exchange_t *exchange)
         return;
     }
     if (frame == NULL) {
-        /* A frame that nobody feeds any more would hold up all behind it. */
-        if (session_has_left(session, request->sequence)) {
-            exchange->silent = true;
+        /* A late copy: its frame would never get pixels, and would hold up all frames after it. */
+        if (session_has_departed(session, request->sequence)) {
+            exchange->no_reply = true;
             return;
         }
         frame = session_open_new(session, exchange, &settings, true);

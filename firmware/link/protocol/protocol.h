@@ -21,7 +21,7 @@
 #define PROTOCOL_UDP_PORT    19539u
 
 /* READs over UDP that a device keeps in line, the one that it serves included. */
-#define PROTOCOL_READS_IN_LINE 8u
+#define PROTOCOL_QUEUED_READS 8u
 
 /* Seconds of silence after which a session may be taken over. */
 #define PROTOCOL_SILENCE_S 5u

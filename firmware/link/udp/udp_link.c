@@ -8,57 +8,58 @@
 
 #include <string.h>
 
-/* Most messages answered in one turn, so that a flood of them does not hold up the rest. */
-#define BURST 8u
+/* Most messages answered by one poll, so that a flood of them does not hold up the main loop. */
+#define MOST_ANSWERS 8u
 
-/* What the session asks of the link. */
+/* The session's transfer. */
 
-static void begin(void *context, uint32_t token, const peer_t *peer)
+static void udp_link_set_session(void *context, uint32_t token, const peer_t *peer)
 {
     udp_link_t *link = context;
 
     (void)frame_link_set_session(link->driver, token, peer);
 }
 
-static status_t open(void *context, const frame_t *frame)
+static status_t udp_link_open_frame(void *context, const frame_t *frame)
 {
     udp_link_t *link = context;
 
     return frame_link_open_slot(link->driver, frame->slot, frame->id, frame_left(frame), frame_pixels(frame));
 }
 
-static void refresh(void *context, frame_t *frame)
+static void udp_link_refresh(void *context, frame_t *frame)
 {
     udp_link_t *link = context;
 
     for (uint32_t word = 0; word < (frame_chunks(frame) + 31) / 32; word++) {
         if (frame->received[word] != UINT32_MAX) {
-            frame_note(frame, word, frame_link_arrived(link->driver, frame->slot, word));
+            frame_mark_received(frame, word, frame_link_arrived(link->driver, frame->slot, word));
         }
     }
 }
 
-static status_t close(void *context, const frame_t *frame)
+static status_t udp_link_close_frame(void *context, const frame_t *frame)
 {
     udp_link_t *link = context;
 
     return frame_link_close_slot(link->driver, frame->slot);
 }
 
-static void drop_read(udp_link_t *link, unsigned place)
+static void udp_link_drop_read(udp_link_t *link, unsigned place)
 {
-    link->waiting--;
-    memmove(&link->reads[place], &link->reads[place + 1], (link->waiting - place) * sizeof(link->reads[0]));
+    link->queued--;
+    memmove(&link->reads[place], &link->reads[place + 1], (link->queued - place) * sizeof(link->reads[0]));
 }
 
-static bool read(void *context, const peer_t *peer, const message_t *request, const frame_t *frame, uint32_t length)
+static bool udp_link_queue_read(void *context, const peer_t *peer, const message_t *request, const frame_t *frame,
+    uint32_t length)
 {
     udp_link_t *link = context;
 
-    if (link->waiting == PROTOCOL_READS_IN_LINE) {
+    if (link->queued == PROTOCOL_QUEUED_READS) {
         return false;
     }
-    link->reads[link->waiting++] = (udp_read_t){
+    link->reads[link->queued++] = (udp_read_t){
         .peer  = *peer,
         .slot  = frame->slot,
         .first = {
@@ -75,24 +76,24 @@ static bool read(void *context, const peer_t *peer, const message_t *request, co
     return true;
 }
 
-static void forget(void *context, const frame_t *frame)
+static void udp_link_forget_frame(void *context, const frame_t *frame)
 {
     udp_link_t *link = context;
 
-    for (unsigned place = link->waiting; place-- > 0;) {
+    for (unsigned place = link->queued; place-- > 0;) {
         if (link->reads[place].slot != frame->slot) {
             continue;
         }
-        if (place == 0 && link->running) {
-            (void)frame_link_abort_run(link->driver);
-            link->running = false;
+        if (place == 0 && link->sending) {
+            (void)frame_link_abort_burst(link->driver);
+            link->sending = false;
         }
-        drop_read(link, place);
+        udp_link_drop_read(link, place);
     }
     udp_stream_forget(link, frame);
 }
 
-static void count_all(void *context)
+static void udp_link_update_counters(void *context)
 {
     udp_link_t           *link   = context;
     uint32_t             *value  = link->counters->value;
@@ -101,7 +102,7 @@ static void count_all(void *context)
 
     frame_link_count(link->driver, &now);
     link->counted = now;
-    /* Chunks may come over the serial line as well, so what is new is added. */
+    /* Added, not stored: the serial line counts chunks in the same counters. */
     value[COUNTER_DATAGRAMS_RECEIVED]    += now.datagrams_received - before.datagrams_received;
     value[COUNTER_DATAGRAMS_SENT]        += now.datagrams_sent - before.datagrams_sent;
     value[COUNTER_DATAGRAMS_MALFORMED]   += now.datagrams_malformed - before.datagrams_malformed;
@@ -124,41 +125,41 @@ status_t udp_link_init(udp_link_t *link, frame_link_t *driver, session_t *sessio
     link->session  = session;
     link->counters = counters;
     link->transfer = (session_transfer_t){
-        .context    = link,
-        .max_pixels = driver->capabilities.max_chunks / 2u * PROTOCOL_CHUNK_SIZE,
-        .begin      = begin,
-        .open       = open,
-        .refresh    = refresh,
-        .close      = close,
-        .read       = read,
-        .forget     = forget,
-        .count      = count_all,
+        .context         = link,
+        .max_pixels      = driver->capabilities.max_chunks / 2u * PROTOCOL_CHUNK_SIZE,
+        .set_session     = udp_link_set_session,
+        .open_frame      = udp_link_open_frame,
+        .refresh         = udp_link_refresh,
+        .close_frame     = udp_link_close_frame,
+        .queue_read      = udp_link_queue_read,
+        .forget_frame    = udp_link_forget_frame,
+        .update_counters = udp_link_update_counters,
     };
     udp_stream_init(link);
     session->transfer = &link->transfer;
     return STATUS_OK;
 }
 
-/* What the main loop asks of the link. */
+/* The main loop's part. */
 
-/* Has the oldest READ served once the one before is through. */
-static void advance_reads(udp_link_t *link)
+/* Drops a READ whose burst is finished, and has gateware send the next one. */
+static void udp_link_advance_reads(udp_link_t *link)
 {
-    if (link->running && !frame_link_run_busy(link->driver)) {
-        link->running = false;
-        drop_read(link, 0);
+    if (link->sending && !frame_link_burst_busy(link->driver)) {
+        link->sending = false;
+        udp_link_drop_read(link, 0);
     }
-    if (!link->running && link->waiting > 0) {
-        link->running = frame_link_run(link->driver, &link->reads[0].peer, &link->reads[0].first) == STATUS_OK;
+    if (!link->sending && link->queued > 0) {
+        link->sending = frame_link_send_burst(link->driver, &link->reads[0].peer, &link->reads[0].first) == STATUS_OK;
     }
 }
 
-static void answer(udp_link_t *link, const frame_link_message_t *received, uint64_t clock)
+static void udp_link_answer(udp_link_t *link, const frame_link_message_t *received, uint64_t clock)
 {
     message_t request;
     message_t reply;
 
-    /* Gateware has looked at length, magic and CRC before, but the message has been through memory since. */
+    /* Gateware has checked length, magic and CRC, but the message has been in memory since then. */
     switch (message_parse(received->bytes, received->length, &request)) {
     case STATUS_OK:
         if (session_handle(link->session, clock, &received->peer, &request, &reply, link->payload)) {
@@ -178,14 +179,14 @@ void udp_link_poll(udp_link_t *link, uint64_t clock)
 {
     frame_link_message_t received;
 
-    advance_reads(link);
-    for (unsigned turn = 0; turn < BURST; turn++) {
-        /* A request has to wait until there is room for its reply. */
-        if (frame_link_reply_busy(link->driver) || frame_link_look(link->driver, &received) != STATUS_OK) {
+    udp_link_advance_reads(link);
+    for (unsigned answered = 0; answered < MOST_ANSWERS; answered++) {
+        /* A request waits until there is room for its reply. */
+        if (frame_link_reply_busy(link->driver) || frame_link_peek(link->driver, &received) != STATUS_OK) {
             return;
         }
-        answer(link, &received, clock);
+        udp_link_answer(link, &received, clock);
         frame_link_drop(link->driver);
-        advance_reads(link);
+        udp_link_advance_reads(link);
     }
 }

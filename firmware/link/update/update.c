@@ -13,8 +13,8 @@
 #include "litestereo/crc32.h"
 #include "litestereo/firmware_tag.h"
 
-/* Bytes of memory that are checked in one turn. */
-#define CHECKED_AT_ONCE 1024u
+/* Bytes of memory that one poll checks. */
+#define BYTES_PER_CHECK 1024u
 
 #define PAGE   FLASH_PAGE_BYTES
 #define SECTOR FLASH_SECTOR_BYTES
@@ -29,9 +29,9 @@ static uint32_t image_size(const update_t *update)
     return UPDATE_HEADER_SIZE + update->length;
 }
 
-static uint32_t slot_address(const update_t *update)
+static uint32_t image_address(const update_t *update)
 {
-    return update->flash->images_offset + update->slot * update->flash->image_bytes;
+    return update->flash->images_offset + update->image_index * update->flash->image_bytes;
 }
 
 void update_init(update_t *update, flash_t *flash, uint8_t *memory)
@@ -49,7 +49,7 @@ bool update_is_running(const update_t *update)
     return update->state == UPDATE_CHECKING || update->state == UPDATE_WRITING;
 }
 
-/* The firmware on its way to memory. */
+/* Loading the firmware to memory. */
 
 status_t update_begin(update_t *update, uint32_t length, uint32_t crc32)
 {
@@ -82,7 +82,7 @@ uint32_t update_chunk_length(const update_t *update, uint32_t offset)
     return smaller(update->length - offset, PROTOCOL_CHUNK_SIZE);
 }
 
-status_t update_take(update_t *update, uint32_t offset, const uint8_t *chunk, uint32_t length)
+status_t update_store(update_t *update, uint32_t offset, const uint8_t *chunk, uint32_t length)
 {
     uint32_t expected = update_chunk_length(update, offset);
 
@@ -125,10 +125,10 @@ static void fail(update_t *update, update_failure_t failure)
     update->failure = failure;
 }
 
-/* The firmware in memory. */
+/* Checking the firmware in memory. */
 
-/* Whether the firmware ends with the tag of one for this SoC: its version alone may be another. */
-static bool is_for_us(const update_t *update)
+/* Whether the firmware's tag is that of this SoC; its version may differ. */
+static bool is_for_this_soc(const update_t *update)
 {
     firmware_tag_t tag;
 
@@ -140,16 +140,16 @@ static bool is_for_us(const update_t *update)
         && memcmp(tag.name, firmware_tag.name, sizeof(tag.name)) == 0;
 }
 
-static void start_reading(update_t *update, update_step_t step, uint32_t slot)
+static void start_step(update_t *update, update_step_t step, uint32_t image_index)
 {
-    update->step     = step;
-    update->slot     = slot;
-    update->position = 0;
+    update->step        = step;
+    update->image_index = image_index;
+    update->position    = 0;
 }
 
 static void check(update_t *update)
 {
-    uint32_t length = smaller(update->length - update->position, CHECKED_AT_ONCE);
+    uint32_t length = smaller(update->length - update->position, BYTES_PER_CHECK);
 
     update->found = crc32_update(update->found, update->image + UPDATE_HEADER_SIZE + update->position, length);
     update->position += length;
@@ -158,22 +158,22 @@ static void check(update_t *update)
     }
     if (update->found != update->crc32) {
         fail(update, UPDATE_CHECKSUM);
-    } else if (!is_for_us(update)) {
+    } else if (!is_for_this_soc(update)) {
         fail(update, UPDATE_FOREIGN);
     } else {
         update->state   = UPDATE_WRITING;
-        /* A flash that is still at work, from an update before this one, shows no image at all. */
+        /* The flash may still be busy from an earlier update, and cannot be read until it is ready. */
         update->waiting = true;
-        start_reading(update, UPDATE_SURVEY, 0);
+        start_step(update, UPDATE_SURVEY, 0);
     }
 }
 
-/* Images in flash. */
+/* Writing the images in flash. */
 
-/* Reads on in an image; STATUS_BUSY until it is through, then whether the boot program would start it. */
-static status_t read_on(update_t *update)
+/* Reads the next piece of an image; STATUS_BUSY until its end, then STATUS_OK if the boot program would start it. */
+static status_t read_piece(update_t *update)
 {
-    uint32_t address = slot_address(update);
+    uint32_t address = image_address(update);
     uint8_t  bytes[PAGE];
     uint32_t length;
 
@@ -195,41 +195,41 @@ static status_t read_on(update_t *update)
     return update->found == update->stored ? STATUS_OK : STATUS_CRC;
 }
 
-/* Goes to the next image to write: those that would not be started now come first. */
-static void next_slot(update_t *update)
+/* Goes to the next image to write. The one that the boot program would start now is the last. */
+static void next_image(update_t *update)
 {
-    if (update->turn == update->flash->images) {
+    if (update->images_written == update->flash->images) {
         update->state = UPDATE_DONE;
         update->done  = update->total;
         return;
     }
-    if (update->turn == update->flash->images - 1) {
-        start_reading(update, UPDATE_ERASE, update->last);
+    if (update->images_written == update->flash->images - 1) {
+        start_step(update, UPDATE_ERASE, update->last_index);
     } else {
-        start_reading(update, UPDATE_ERASE, update->turn + (update->turn >= update->last));
+        start_step(update, UPDATE_ERASE, update->images_written + (update->images_written >= update->last_index));
     }
 }
 
-/* Looks for the image that the boot program starts now. If there is none, the order does not matter. */
+/* Finds the image that the boot program would start now. If there is none, the order does not matter. */
 static void survey(update_t *update)
 {
-    status_t status = read_on(update);
+    status_t status = read_piece(update);
 
     if (status == STATUS_BUSY) {
         return;
     }
-    if (status != STATUS_OK && update->slot + 1 < update->flash->images) {
-        start_reading(update, UPDATE_SURVEY, update->slot + 1);
+    if (status != STATUS_OK && update->image_index + 1 < update->flash->images) {
+        start_step(update, UPDATE_SURVEY, update->image_index + 1);
         return;
     }
-    update->last = update->slot;
-    next_slot(update);
+    update->last_index = update->image_index;
+    next_image(update);
 }
 
 static void read_back(update_t *update)
 {
     uint32_t before = update->position;
-    status_t status = read_on(update);
+    status_t status = read_piece(update);
 
     update->done += update->position - before;
     if (status == STATUS_BUSY && update->expected == update->length && update->stored == update->crc32) {
@@ -239,11 +239,11 @@ static void read_back(update_t *update)
         fail(update, flash_is_protected(update->flash) ? UPDATE_PROTECTED : UPDATE_VERIFY);
         return;
     }
-    update->turn++;
-    next_slot(update);
+    update->images_written++;
+    next_image(update);
 }
 
-/* Begins the next operation of a step; returns the bytes that are through after it in `length`. */
+/* Begins the next operation of a step; writes the number of bytes that it finishes to `length`. */
 static status_t begin_next(update_t *update, uint64_t clock, uint32_t *length)
 {
     uint32_t size = image_size(update);
@@ -251,12 +251,12 @@ static status_t begin_next(update_t *update, uint64_t clock, uint32_t *length)
 
     if (update->step == UPDATE_ERASE) {
         *length = smaller(SECTOR, size - update->position);
-        return flash_begin_erase(update->flash, slot_address(update) + update->position, clock);
+        return flash_begin_erase(update->flash, image_address(update) + update->position, clock);
     }
-    /* The first page comes last: at its turn all others are through. */
+    /* The first page is programmed last, when all others are finished. */
     page    = update->position + PAGE < size ? update->position + PAGE : 0;
     *length = page > 0 ? smaller(PAGE, size - page) : size - update->position;
-    return flash_begin_program(update->flash, slot_address(update) + page, update->image + page,
+    return flash_begin_program(update->flash, image_address(update) + page, update->image + page,
         smaller(PAGE, size - page), clock);
 }
 
@@ -274,7 +274,7 @@ static void modify(update_t *update, uint64_t clock)
     update->done     += length;
 }
 
-/* Asks whether the flash has come to rest, and goes to the next step if one is through. */
+/* Waits for the flash, without blocking; goes to the next step at the end of one. */
 static void wait(update_t *update, uint64_t clock)
 {
     status_t status = flash_poll(update->flash, clock);
@@ -286,7 +286,7 @@ static void wait(update_t *update, uint64_t clock)
     if (status != STATUS_OK) {
         fail(update, UPDATE_TIMEOUT);
     } else if (update->step != UPDATE_SURVEY && update->position == image_size(update)) {
-        start_reading(update, update->step == UPDATE_ERASE ? UPDATE_PROGRAM : UPDATE_READ_BACK, update->slot);
+        start_step(update, update->step == UPDATE_ERASE ? UPDATE_PROGRAM : UPDATE_READ_BACK, update->image_index);
     }
 }
 

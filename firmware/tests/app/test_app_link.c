@@ -107,7 +107,7 @@ static void test_update(void)
     memcpy(firmware + sizeof(firmware) - sizeof(firmware_tag), &firmware_tag, sizeof(firmware_tag));
     REQUIRE(update_begin(&app.update, sizeof(firmware), crc32_update(0, firmware, sizeof(firmware))) == STATUS_OK);
     for (uint32_t offset = 0; offset < sizeof(firmware); offset += 1024) {
-        REQUIRE(update_take(&app.update, offset, firmware + offset, update_chunk_length(&app.update, offset)) == STATUS_OK);
+        REQUIRE(update_store(&app.update, offset, firmware + offset, update_chunk_length(&app.update, offset)) == STATUS_OK);
     }
     REQUIRE(update_write(&app.update) == STATUS_OK);
     for (uint32_t turns = 0; update_is_running(&app.update); turns++) {

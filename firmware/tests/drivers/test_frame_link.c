@@ -124,25 +124,25 @@ static void test_bad_arguments(void)
     REQUIRE(frame_link_reply(NULL, &peer, &message) == STATUS_BAD_ARGUMENT);
     REQUIRE(frame_link_reply(&link, NULL, &message) == STATUS_BAD_ARGUMENT);
     REQUIRE(frame_link_reply(&link, &peer, NULL) == STATUS_BAD_ARGUMENT);
-    REQUIRE(frame_link_run(NULL, &peer, &message) == STATUS_BAD_ARGUMENT);
-    REQUIRE(frame_link_run(&link, NULL, &message) == STATUS_BAD_ARGUMENT);
-    REQUIRE(frame_link_run(&link, &peer, NULL) == STATUS_BAD_ARGUMENT);
+    REQUIRE(frame_link_send_burst(NULL, &peer, &message) == STATUS_BAD_ARGUMENT);
+    REQUIRE(frame_link_send_burst(&link, NULL, &message) == STATUS_BAD_ARGUMENT);
+    REQUIRE(frame_link_send_burst(&link, &peer, NULL) == STATUS_BAD_ARGUMENT);
     bad.payload = mailbox + 8;
     REQUIRE(frame_link_reply(&link, &peer, &bad) == STATUS_BAD_ARGUMENT);
-    REQUIRE(frame_link_run(&link, &peer, &bad) == STATUS_BAD_ARGUMENT);
+    REQUIRE(frame_link_send_burst(&link, &peer, &bad) == STATUS_BAD_ARGUMENT);
     bad.payload = NULL;
     REQUIRE(frame_link_reply(&link, &peer, &bad) == STATUS_BAD_ARGUMENT);
-    REQUIRE(frame_link_run(&link, &peer, &bad) == STATUS_BAD_ARGUMENT);
+    REQUIRE(frame_link_send_burst(&link, &peer, &bad) == STATUS_BAD_ARGUMENT);
     bad = message;
     bad.length = PROTOCOL_CHUNK_SIZE + 1;
     REQUIRE(frame_link_reply(&link, &peer, &bad) == STATUS_BAD_ARGUMENT);
     bad.length = 0;
-    REQUIRE(frame_link_run(&link, &peer, &bad) == STATUS_BAD_ARGUMENT);
-    REQUIRE(frame_link_abort_run(NULL) == STATUS_BAD_ARGUMENT);
+    REQUIRE(frame_link_send_burst(&link, &peer, &bad) == STATUS_BAD_ARGUMENT);
+    REQUIRE(frame_link_abort_burst(NULL) == STATUS_BAD_ARGUMENT);
     /* Nothing was looked at, so there is nothing to give back. */
     frame_link_drop(&link);
     expect_read("mailbox_produced", 0);
-    REQUIRE(frame_link_look(&link, &received) == STATUS_IDLE);
+    REQUIRE(frame_link_peek(&link, &received) == STATUS_IDLE);
     require_all_done();
 }
 
@@ -359,7 +359,7 @@ static void require_mail(unsigned entry, size_t length)
 {
     frame_link_message_t received;
 
-    REQUIRE(frame_link_look(&link, &received) == STATUS_OK);
+    REQUIRE(frame_link_peek(&link, &received) == STATUS_OK);
     REQUIRE(received.peer.udp && received.peer.address == 0xc0a80100 + entry && received.peer.port == 0x8000 + entry);
     REQUIRE(received.length == length && received.bytes == mailbox + entry * FRAME_LINK_ENTRY_SIZE + 8);
     require_all_done();
@@ -376,7 +376,7 @@ static void test_mailbox(void)
     put_mail(7, 29);
     put_mail(0, 30);
     expect_read("mailbox_produced", 253);
-    REQUIRE(frame_link_look(&link, &received) == STATUS_IDLE);
+    REQUIRE(frame_link_peek(&link, &received) == STATUS_IDLE);
     expect_read("mailbox_produced", 0);
     expect_call("memory_from_device");
     require_mail(5, 28);
@@ -397,7 +397,7 @@ static void test_mailbox(void)
     expect_write("mailbox_consumed", 1);
     frame_link_drop(&link);
     expect_read("mailbox_produced", 1);
-    REQUIRE(frame_link_look(&link, &received) == STATUS_IDLE);
+    REQUIRE(frame_link_peek(&link, &received) == STATUS_IDLE);
     require_all_done();
     /* A length that no entry holds is not believed. */
     put_mail(1, 0xffff);
@@ -458,15 +458,15 @@ static void test_send(void)
     require_all_done();
     message.length = 0x12345;
     expect_message(&message, 2);
-    REQUIRE(frame_link_run(&link, &peer, &message) == STATUS_OK);
+    REQUIRE(frame_link_send_burst(&link, &peer, &message) == STATUS_OK);
     expect_read("send_status", RUNNING);
-    REQUIRE(frame_link_run(&link, &peer, &message) == STATUS_BUSY);
+    REQUIRE(frame_link_send_burst(&link, &peer, &message) == STATUS_BUSY);
     require_all_done();
     for (uint32_t status = 0; status < 4; status++) {
         expect_read("send_status", status);
         REQUIRE(frame_link_reply_busy(&link) == ((status & REPLYING) != 0));
         expect_read("send_status", status);
-        REQUIRE(frame_link_run_busy(&link) == ((status & RUNNING) != 0));
+        REQUIRE(frame_link_burst_busy(&link) == ((status & RUNNING) != 0));
     }
     require_all_done();
 }
@@ -478,11 +478,11 @@ static void test_abort(void)
     expect_read("send_status", RUNNING);
     expect_read("send_status", RUNNING | REPLYING);
     expect_read("send_status", REPLYING);
-    REQUIRE(frame_link_abort_run(&link) == STATUS_OK);
+    REQUIRE(frame_link_abort_burst(&link) == STATUS_OK);
     require_all_done();
     expect_write("send_control", 4);
     expect_patience("send_status", RUNNING);
-    REQUIRE(frame_link_abort_run(&link) == STATUS_TIMEOUT);
+    REQUIRE(frame_link_abort_burst(&link) == STATUS_TIMEOUT);
     require_all_done();
 }
 

@@ -32,12 +32,12 @@ int main(void)
     link.capabilities.alignment  = 4;
     link.capabilities.max_chunks = 32;
     link.capabilities.streaming  = true;
-    REQUIRE(frame_link_arrived(&link, 0, 0) == 0 && frame_link_look(&link, &message) == STATUS_IDLE);
+    REQUIRE(frame_link_arrived(&link, 0, 0) == 0 && frame_link_peek(&link, &message) == STATUS_IDLE);
     expect_call("memory_to_device");
     expect_call("memory_to_device");
     REQUIRE(frame_link_reply(&link, &peer, &part) == STATUS_OK && !frame_link_reply_busy(&link));
-    REQUIRE(frame_link_run(&link, &peer, &part) == STATUS_OK && !frame_link_run_busy(&link));
-    REQUIRE(frame_link_abort_run(&link) == STATUS_OK && frame_link_set_session(&link, 1, &peer) == STATUS_OK);
+    REQUIRE(frame_link_send_burst(&link, &peer, &part) == STATUS_OK && !frame_link_burst_busy(&link));
+    REQUIRE(frame_link_abort_burst(&link) == STATUS_OK && frame_link_set_session(&link, 1, &peer) == STATUS_OK);
     require_all_done();
     expect_call("memory_to_device");
     expect_call("memory_from_device");

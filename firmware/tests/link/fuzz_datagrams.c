@@ -86,7 +86,7 @@ static void fill_request(unsigned *random, const session_t *session, message_t *
         break;
     case TYPE_STREAM:
         if (one_in(random, 8)) {
-            message->sequence = session->streams[next_random(random) % SESSION_STREAMS];
+            message->sequence = session->departed[next_random(random) % SESSION_DEPARTED];
         }
         /* fall through */
     case TYPE_OPEN:

@@ -307,7 +307,7 @@ static void require_depth(void)
         COUNTER_MATCHER_INTERRUPTS, COUNTER_MATCHER_TIMEOUTS, COUNTER_CONSOLE_LINES, COUNTER_DATAGRAMS_OVERRUN,
     };
 
-    session_look(&session, ticks);
+    session_update_counters(&session, ticks);
     for (uint8_t counter = 0; counter < COUNTERS; counter++) {
         if (counters.value[counter] == 0 && memchr(not_here, counter, sizeof(not_here)) == NULL) {
             fprintf(stderr, "%s has not moved\n", counter_name(counter));

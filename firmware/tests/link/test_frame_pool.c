@@ -69,18 +69,18 @@ static void test_note(void)
         REQUIRE(frame_pool_open(&pool, FRAME_OWNER_LINK, 7, &sizes[i], &frame) == STATUS_OK);
         chunks = frame_chunks(frame);
         REQUIRE(chunks == 2 * ((frame_pixels(frame) + 1023) / 1024) && frame->missing == chunks);
-        frame_note(frame, chunks / 32 + 1, UINT32_MAX);
-        frame_note(frame, UINT32_MAX, UINT32_MAX);
+        frame_mark_received(frame, chunks / 32 + 1, UINT32_MAX);
+        frame_mark_received(frame, UINT32_MAX, UINT32_MAX);
         REQUIRE(frame->missing == chunks && frame_first_missing(frame) == 0);
         for (uint32_t chunk = 0; chunk < chunks; chunk++) {
             REQUIRE(frame_first_missing(frame) == chunk * 1024 && frame_pool_start(&pool, frame) == STATUS_INCOMPLETE);
             for (int again = 0; again < 2; again++) {
-                frame_note(frame, chunk / 32, 1u << chunk % 32);
+                frame_mark_received(frame, chunk / 32, 1u << chunk % 32);
                 REQUIRE(frame->missing == chunks - chunk - 1);
             }
         }
         for (uint32_t word = 0; word < 256; word++) {
-            frame_note(frame, word, UINT32_MAX);
+            frame_mark_received(frame, word, UINT32_MAX);
             REQUIRE(frame->received[word] == (32 * word + 32 <= chunks ? UINT32_MAX
                 : 32 * word < chunks ? (1u << chunks % 32) - 1 : 0));
         }
@@ -90,7 +90,7 @@ static void test_note(void)
         frame_t *frame = frame_in(state);
         frame_t  before = *frame;
 
-        frame_note(frame, 0, 1);
+        frame_mark_received(frame, 0, 1);
         REQUIRE((memcmp(frame, &before, sizeof(before)) == 0) == (state != FRAME_LOADING));
     }
 }

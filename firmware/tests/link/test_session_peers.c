@@ -58,8 +58,8 @@ static status_t open(void *context, const frame_t *frame)
 static void refresh(void *context, frame_t *frame)
 {
     note(context, 'r', frame);
-    frame_note(frame, 0, gateware.arrived[0]);
-    frame_note(frame, 1, gateware.arrived[1]);
+    frame_mark_received(frame, 0, gateware.arrived[0]);
+    frame_mark_received(frame, 1, gateware.arrived[1]);
 }
 
 static status_t close(void *context, const frame_t *frame)
@@ -92,8 +92,8 @@ static void count_all(void *context)
 }
 
 static const session_transfer_t transfer = {
-    .context = &gateware, .max_pixels = 5000, .begin = begin, .open = open, .refresh = refresh, .close = close,
-    .read = read, .forget = forget, .count = count_all,
+    .context = &gateware, .max_pixels = 5000, .set_session = begin, .open_frame = open, .refresh = refresh, .close_frame = close,
+    .queue_read = read, .forget_frame = forget, .update_counters = count_all,
 };
 
 static void start(void)

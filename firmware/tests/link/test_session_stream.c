@@ -86,8 +86,8 @@ static void count_nothing(void *context)
 }
 
 static session_transfer_t transfer = {
-    .max_pixels = 8192, .stream = &way, .begin = begin, .open = open_slot, .refresh = refresh, .close = close_slot,
-    .read = read_map, .forget = forget, .count = count_nothing,
+    .max_pixels = 8192, .stream = &way, .set_session = begin, .open_frame = open_slot, .refresh = refresh, .close_frame = close_slot,
+    .queue_read = read_map, .forget_frame = forget, .update_counters = count_nothing,
 };
 
 static void greet(uint32_t nonce)
@@ -275,21 +275,21 @@ static bool send_copy(uint32_t frame_id, uint32_t sequence)
 /* A late copy begins no frame that nobody would feed, as long as it is one of the last that have left. */
 static void test_late_copies(void)
 {
-    uint32_t left[SESSION_STREAMS + 1];
+    uint32_t left[SESSION_DEPARTED + 1];
 
     start();
-    for (uint32_t i = 0; i <= SESSION_STREAMS; i++) {
+    for (uint32_t i = 0; i <= SESSION_DEPARTED; i++) {
         left[i] = make_stream(i + 1)->sequence;
         REQUIRE(send_copy(i + 1, left[i]));
         REQUIRE(ask(TYPE_RELEASE, i + 1, 0, NULL, 0) == 0x88);
-        for (uint32_t j = i < SESSION_STREAMS ? 0 : 1; j <= i; j++) {
+        for (uint32_t j = i < SESSION_DEPARTED ? 0 : 1; j <= i; j++) {
             REQUIRE(!send_copy(j + 1, left[j]) && frame_pool_next(&pool) == NULL);
         }
     }
     REQUIRE(send_copy(1, left[0]) && frame_pool_next(&pool) != NULL);
     /* A session knows nothing of those before it. */
     greet(2);
-    REQUIRE(frame_pool_next(&pool) == NULL && send_copy(1, left[SESSION_STREAMS]));
+    REQUIRE(frame_pool_next(&pool) == NULL && send_copy(1, left[SESSION_DEPARTED]));
     REQUIRE(frame_pool_next(&pool) != NULL);
 }
 

@@ -308,7 +308,7 @@ static void test_wrong_chunks(void)
     post(TYPE_UPLOAD, 7, 0, chunk, 1024);
     require_quiet();
     require_untouched();
-    session_look(&session, ticks);
+    session_update_counters(&session, ticks);
     REQUIRE(counters.value[COUNTER_UPLOADS_UNFIT] == unfit + 2 && counters.value[COUNTER_UPLOADS_FOREIGN] == 6);
     REQUIRE(counters.value[COUNTER_CHUNKS_RECEIVED] == 0);
 }
@@ -326,12 +326,12 @@ static void test_counters(void)
     post_chunk(frame, 0);
     for (int i = 0; i < 3; i++) {
         clock_now();
-        session_look(&session, ticks);
+        session_update_counters(&session, ticks);
         REQUIRE(counters.value[COUNTER_CHUNKS_RECEIVED] == 1001 && counters.value[COUNTER_CHUNKS_REPEATED] == 2001);
         REQUIRE(counters.value[COUNTER_DATAGRAMS_RECEIVED] == 4 && counters.value[COUNTER_DATAGRAMS_SENT] == 2);
     }
     fake_frame_link_receive(&alice, mailbox, 20);
-    session_look(&session, ticks);
+    session_update_counters(&session, ticks);
     REQUIRE(counters.value[COUNTER_DATAGRAMS_MALFORMED] == 1);
 }
 
@@ -369,7 +369,7 @@ static void test_full_mailbox(void)
         REQUIRE(take(0x86)->sequence == first + i);
     }
     require_quiet();
-    session_look(&session, ticks);
+    session_update_counters(&session, ticks);
     REQUIRE(counters.value[COUNTER_MAILBOX_OVERRUN] == 3);
     /* Its places are used again, time after time. */
     for (int i = 0; i < 600; i++) {
@@ -514,7 +514,7 @@ static void test_end_of_session_in_a_run(void)
             turns(30);
             REQUIRE(take_as(&alice)->type == 0x81 && token == before);
         } else {
-            session_look(&session, ticks);  /* What came before is not taken for life at the hello. */
+            session_update_counters(&session, ticks);  /* What came before is not taken for life at the hello. */
             ticks += 5ull * device_info.sys_clk_hz;
             wakes = ticks + 20000;
             post_as(&bob, TYPE_HELLO, 0, 0, "\2\0\0", 4);
@@ -522,7 +522,7 @@ static void test_end_of_session_in_a_run(void)
             REQUIRE(take_as(&bob)->type == 0x81);
         }
         require_quiet();
-        REQUIRE(udp.waiting == 0 && !udp.running);
+        REQUIRE(udp.queued == 0 && !udp.sending);
         for (unsigned slot = 0; slot < SLOTS; slot++) {
             REQUIRE(pool.frame[slot].state == FRAME_EMPTY);
         }

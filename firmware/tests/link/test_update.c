@@ -62,7 +62,7 @@ static void load(const uint8_t *firmware, uint32_t length)
     for (uint32_t offset = 0; offset < length; offset += CHUNK) {
         uint32_t rest = length - offset < CHUNK ? length - offset : CHUNK;
 
-        REQUIRE(update_take(&update, offset, firmware + offset, rest) == STATUS_OK);
+        REQUIRE(update_store(&update, offset, firmware + offset, rest) == STATUS_OK);
     }
 }
 
@@ -157,19 +157,19 @@ static void test_refused(void)
     set_up(3);
     crc = crc32_update(0, new, LENGTH);
     REQUIRE(update_room(&update) == ROOM - 8);
-    REQUIRE(update_write(&update) == STATUS_STATE && update_take(&update, 0, new, CHUNK) == STATUS_STATE);
+    REQUIRE(update_write(&update) == STATUS_STATE && update_store(&update, 0, new, CHUNK) == STATUS_STATE);
     REQUIRE(update_begin(&update, 0, crc) == STATUS_SIZE && update_begin(&update, ROOM - 7, crc) == STATUS_SIZE);
     REQUIRE(update_begin(&update, 0xffffffff, crc) == STATUS_SIZE && update.state == UPDATE_EMPTY);
     load(new, LENGTH);
-    REQUIRE(update_take(&update, 1, new, CHUNK) == STATUS_OFFSET);
-    REQUIRE(update_take(&update, 5 * CHUNK, new, CHUNK) == STATUS_OFFSET);
-    REQUIRE(update_take(&update, 0xfffffc00, new, CHUNK) == STATUS_OFFSET);
-    REQUIRE(update_take(&update, 0, new, CHUNK - 1) == STATUS_LENGTH);
-    REQUIRE(update_take(&update, 4 * CHUNK, new, CHUNK) == STATUS_LENGTH);
+    REQUIRE(update_store(&update, 1, new, CHUNK) == STATUS_OFFSET);
+    REQUIRE(update_store(&update, 5 * CHUNK, new, CHUNK) == STATUS_OFFSET);
+    REQUIRE(update_store(&update, 0xfffffc00, new, CHUNK) == STATUS_OFFSET);
+    REQUIRE(update_store(&update, 0, new, CHUNK - 1) == STATUS_LENGTH);
+    REQUIRE(update_store(&update, 4 * CHUNK, new, CHUNK) == STATUS_LENGTH);
     REQUIRE(update_chunk_length(&update, 4 * CHUNK) == LENGTH - 4 * CHUNK);
     /* While it is written it neither changes nor is it forgotten. */
     REQUIRE(update_write(&update) == STATUS_OK && update.state == UPDATE_CHECKING);
-    REQUIRE(update_take(&update, 0, old, CHUNK) == STATUS_STATE && update_begin(&update, 5, 5) == STATUS_STATE);
+    REQUIRE(update_store(&update, 0, old, CHUNK) == STATUS_STATE && update_begin(&update, 5, 5) == STATUS_STATE);
     update_forget(&update);
     REQUIRE(update.state == UPDATE_CHECKING && update_begin(&update, LENGTH, crc) == STATUS_OK);
     work();
