@@ -6,7 +6,7 @@
 
 #include "bytes.h"
 
-/* A word that may stand for any bytes, so that the compiler keeps the order of accesses. */
+/* A word that may alias any type, so that the compiler keeps the order of accesses. */
 typedef uint32_t __attribute__((may_alias)) word_t;
 
 void copy_bytes(void *to, const void *from, size_t length)

@@ -12,7 +12,7 @@
 
 typedef uint32_t __attribute__((may_alias)) word_t;
 
-/* One table of 1 KiB: more of them take fewer steps per byte, but do not stay in a small data cache. */
+/* One table of 1 KiB: more tables need fewer steps per byte, but do not fit in a small data cache. */
 static uint32_t table[256];
 static bool     table_ready;
 
@@ -29,7 +29,7 @@ static void build_table(void)
     table_ready = true;
 }
 
-/* Shifts eight bits, that have been added to the CRC, out of it. */
+/* Advances the CRC by the eight bits that have been added to it. */
 static uint32_t step(uint32_t crc)
 {
     return (crc >> 8) ^ table[crc & 0xff];

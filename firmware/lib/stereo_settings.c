@@ -9,14 +9,14 @@
 #define DEFAULT_DISPARITIES 64
 #define DEFAULT_BLOCK_SIZE  9
 
-/* Range of a setting, its default, and the value that needs no stage of its own. */
+/* Range of a setting, its default, and its neutral value, which needs no optional stage. */
 typedef struct {
     const char *name;
     int32_t     least;
     int32_t     most;
     int32_t     usual;
     int32_t     neutral;
-    uint32_t    feature;  /* Stage that other values than the neutral one need. */
+    uint32_t    feature;  /* Stage that all other values need. */
 } rule_t;
 
 static const rule_t rules[] = {
@@ -100,7 +100,7 @@ static bool is_in_range(const stereo_limits_t *limits, stereo_field_t field, int
 
 static bool is_built(const stereo_limits_t *limits, stereo_field_t field, int32_t value)
 {
-    /* The only setting of which no value is free: one of the two prefilters may be all there is. */
+    /* Both values of this setting need a stage, and the gateware may have only one of them. */
     if (field == STEREO_FIELD_PREFILTER && value == 0) {
         return (limits->features & STEREO_FEATURE_RAW) != 0;
     }
@@ -139,7 +139,7 @@ static stereo_settings_t fill(const stereo_limits_t *limits, bool bare)
     for (stereo_field_t field = STEREO_FIELD_DISPARITIES; field <= STEREO_FIELD_MEDIAN; field++) {
         int32_t value = bare ? rules[field].neutral : rules[field].usual;
 
-        /* What is not there is left out; where there is only one prefilter it is that one. */
+        /* A missing stage is switched off; of the two prefilter stages the only one is chosen. */
         if (!is_built(limits, field, value)) {
             value = field == STEREO_FIELD_PREFILTER ? !value : rules[field].neutral;
         }

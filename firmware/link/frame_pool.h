@@ -4,13 +4,13 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-/* Slots of memory for frames, and what is going on in each of them. Knows neither hardware nor link.
+/* Slots of memory for frames, and the state of the frame in each. Knows neither hardware nor link.
  *
  *   EMPTY -> LOADING -> READY -> MATCHING -> DONE | FAILED -> EMPTY
  *
- * Any state but MATCHING goes back to EMPTY by a release; a match has to be stopped first. The memory of a slot
- * holds left image, right image and map at 0, pitch and 2 x pitch, where pitch is width x height rounded up to
- * whole chunks. Of a streamed frame, which is READY at once, only the map is there.
+ * A release leads from any state but MATCHING to EMPTY; a match has to be stopped first. The memory of a slot holds
+ * left image, right image and map at 0, pitch and 2 x pitch, where pitch is width x height rounded up to whole chunks.
+ * A streamed frame is READY at once, and only its map is in memory.
  */
 
 #ifndef LITESTEREO_LINK_FRAME_POOL_H
@@ -29,33 +29,33 @@
 #define FRAME_POOL_SLOTS 4
 #endif
 
-/** Most pixels of a frame, whatever the memory: it bounds the map of received chunks. */
+/** Most pixels of a frame, regardless of memory: it bounds the array of received chunks. */
 #define FRAME_MAX_PIXELS (4096u * 1024u)
 
-/** Slots and maps begin at multiples of it, in bytes; no DMA needs more. */
+/** Alignment of slots and maps in bytes; no DMA needs more. */
 #define FRAME_ALIGNMENT 64u
 
 /** States of a frame, as the link protocol numbers them. */
 typedef enum {
     FRAME_EMPTY    = 0,  /**< Free. */
     FRAME_LOADING  = 1,  /**< The owner fills the images. */
-    FRAME_READY    = 2,  /**< Complete, in line for the matcher. */
+    FRAME_READY    = 2,  /**< Complete, queued for the matcher. */
     FRAME_MATCHING = 3,  /**< The matcher reads the images and writes the map. */
     FRAME_DONE     = 4,  /**< The map is valid. */
-    FRAME_FAILED   = 5,  /**< The matcher gave up; there is no map. */
+    FRAME_FAILED   = 5,  /**< The match failed; there is no map. */
 } frame_state_t;
 
-/** Who opened a frame, and may release it. */
+/** Owner of a frame, who opened it and may release it. */
 typedef enum {
-    FRAME_OWNER_NONE,     /**< Nobody: the slot is empty. */
+    FRAME_OWNER_NONE,     /**< None: the slot is empty. */
     FRAME_OWNER_LINK,     /**< The host, over the link. */
     FRAME_OWNER_CONSOLE,  /**< A command of the console. */
 } frame_owner_t;
 
-/** How a match ended. */
+/** Result of a match. */
 typedef struct {
     uint16_t error;             /**< enum protocol_error: ERROR_NONE, ERROR_MATCHER or ERROR_TIMEOUT. */
-    uint32_t detail;            /**< Accelerator's error code, or clocks waited. */
+    uint32_t detail;            /**< The accelerator's error code, or the clocks waited. */
     uint32_t clocks;            /**< Clocks from start to the map's last write; 0 if it failed. */
     uint32_t first_row_clocks;  /**< Clocks from start to the end of the first row that has disparities; 0 if it failed. */
 } frame_result_t;
@@ -63,16 +63,16 @@ typedef struct {
 /** A slot and the frame in it. */
 typedef struct {
     frame_state_t    state;     /**< Changed by the functions below only. */
-    frame_owner_t    owner;     /**< Who opened it. */
+    frame_owner_t    owner;     /**< Owner of the frame. */
     uint8_t          slot;      /**< Number of the slot, 0 to FRAME_POOL_SLOTS - 1. */
     uint8_t         *memory;    /**< First byte of the slot. */
-    uint32_t         id;        /**< The owner's name for the frame. */
-    stereo_settings_t settings; /**< As they were when the frame was opened. */
+    uint32_t         id;        /**< The owner's number of the frame. */
+    stereo_settings_t settings; /**< Settings when the frame was opened. */
     uint32_t         pitch;     /**< Bytes from one image to the next. */
     uint32_t         missing;   /**< Chunks still missing. */
-    uint32_t         order;     /**< Place in the line for the matcher, modulo 2**32. */
-    bool             streamed;  /**< Its pixels never stand in memory: they come while it is matched. */
-    uint32_t         sequence;  /**< Of a streamed frame: what the parts of its map that come by themselves carry. */
+    uint32_t         order;     /**< Position in the queue for the matcher, modulo 2**32. */
+    bool             streamed;  /**< Its pixels are never in memory: they arrive while it is matched. */
+    uint32_t         sequence;  /**< Of a streamed frame: sequence of the parts of its map that are sent without a READ. */
     frame_result_t   result;    /**< Valid once DONE or FAILED. */
     uint32_t         received[2 * FRAME_MAX_PIXELS / PROTOCOL_CHUNK_SIZE / 32];  /**< One bit per chunk. */
 } frame_t;
@@ -82,13 +82,13 @@ typedef struct {
     frame_t  frame[FRAME_POOL_SLOTS];  /**< The first `slots` are in use. */
     uint8_t  slots;                    /**< Number of slots, 1 to FRAME_POOL_SLOTS. */
     uint32_t max_pixels;               /**< Most pixels of a frame. */
-    uint32_t next_order;               /**< Place that the next frame in line gets. */
+    uint32_t next_order;               /**< Position of the next frame that is queued. */
 } frame_pool_t;
 
 /** Splits `size` bytes at `memory` evenly into `slots` slots; STATUS_SIZE if they are too small for any frame. */
 status_t frame_pool_init(frame_pool_t *pool, void *memory, size_t size, unsigned slots);
 
-/** Takes a free slot for a frame, which is LOADING then: STATUS_BAD_ARGUMENT, STATUS_SIZE or STATUS_NO_SLOT if not. */
+/** Opens a frame in a free slot; it is LOADING then. Else STATUS_BAD_ARGUMENT, STATUS_SIZE or STATUS_NO_SLOT. */
 status_t frame_pool_open(frame_pool_t *pool, frame_owner_t owner, uint32_t id, const stereo_settings_t *settings,
     frame_t **frame);
 
@@ -104,7 +104,7 @@ frame_t *frame_pool_matching(frame_pool_t *pool);
 /** Length in bytes of the chunk that begins at `offset` of the upload space; 0 if none does. */
 uint32_t frame_chunk_length(const frame_t *frame, uint32_t offset);
 
-/** Stores a chunk of a LOADING frame; `repeated` says whether it had been there before. */
+/** Stores a chunk of a LOADING frame; `repeated` tells whether it was received before. */
 status_t frame_write(frame_t *frame, uint32_t offset, const uint8_t *chunk, uint32_t length, bool *repeated);
 
 /** Chunks of a frame's upload space, both images. */
@@ -113,25 +113,25 @@ static inline uint32_t frame_chunks(const frame_t *frame)
     return 2 * frame->pitch / PROTOCOL_CHUNK_SIZE;
 }
 
-/** Notes chunks that somebody else has put in a LOADING frame: bit i of `arrived` is chunk 32 x `word` + i.
+/** Marks chunks of a LOADING frame that gateware has received: bit i of `arrived` is chunk 32 x `word` + i.
  *
- * What has been noted stays noted, and chunks that the frame does not have are none.
+ * Marks are never removed. Bits of chunks that the frame does not have are ignored.
  */
 void frame_mark_received(frame_t *frame, uint32_t word, uint32_t arrived);
 
-/** Declares all chunks received, by an owner that wrote both images in place. */
+/** Marks all chunks as received, for an owner that wrote both images in place. */
 status_t frame_fill(frame_t *frame);
 
-/** LOADING -> READY, at the end of the line, of a frame that is streamed; see frame_stream.h. */
+/** LOADING -> READY, at the end of the queue, of a frame that is streamed; see frame_stream.h. */
 status_t frame_pool_stream(frame_pool_t *pool, frame_t *frame, uint32_t sequence);
 
-/** Offset of the first chunk missing, or PROTOCOL_NO_OFFSET. */
+/** Offset of the first missing chunk, or PROTOCOL_NO_OFFSET. */
 uint32_t frame_first_missing(const frame_t *frame);
 
-/** LOADING -> READY, at the end of the line; STATUS_INCOMPLETE if chunks are missing. */
+/** LOADING -> READY, at the end of the queue; STATUS_INCOMPLETE if chunks are missing. */
 status_t frame_pool_start(frame_pool_t *pool, frame_t *frame);
 
-/** READY -> MATCHING; STATUS_BUSY if another frame is. */
+/** READY -> MATCHING; STATUS_BUSY if another frame is MATCHING. */
 status_t frame_pool_begin(frame_pool_t *pool, frame_t *frame);
 
 /** MATCHING -> DONE, or FAILED if the result has an error. */

@@ -8,7 +8,7 @@
 
 #include "stereo_bm_stages.h"
 
-/* What a column of the right image holds: the cheapest of the disparities that lead to it. */
+/* Per column of the right image: the cheapest of the disparities that point to it. */
 typedef struct {
     const stereo_settings_t *settings;
     uint32_t                *cost;
@@ -26,7 +26,7 @@ static void vote(const votes_t *votes, uint32_t x, int32_t disparity, uint32_t c
     }
 }
 
-/* Whether a column belongs to quite another disparity. */
+/* Whether a column holds a disparity that differs by more than disp12_max_diff. */
 static bool differs(const votes_t *votes, uint32_t column, int32_t disparity)
 {
     int32_t held = votes->disparity[column];
@@ -49,7 +49,7 @@ void left_right_check(const stereo_settings_t *settings, int16_t *disparity, con
         votes.cost[x]      = UINT32_MAX;
         votes.disparity[x] = votes.invalid;
     }
-    /* The first column neither votes nor is checked: OpenCV begins behind it. */
+    /* The first column neither votes nor is checked, as in OpenCV. */
     for (uint32_t i = 1; i < count; i++) {
         vote(&votes, first + i, disparity[i], cost[i]);
     }

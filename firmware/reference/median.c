@@ -29,7 +29,7 @@ void median3x3(const stereo_settings_t *settings, int16_t *map, uint32_t *scratc
     int16_t *above = (int16_t *)scratch;
     int16_t *here  = above + width;
 
-    /* The rows that have been overwritten, as they were. */
+    /* Copies of the original rows, which are overwritten. */
     memcpy(above, map, width * sizeof(*map));
     for (uint32_t y = 0; y < settings->height; y++) {
         int16_t       *row   = map + y * width;

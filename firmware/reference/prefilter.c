@@ -26,7 +26,7 @@ void prefilter_xsobel(const stereo_settings_t *settings, const uint8_t *image, u
         uint8_t       *row   = filtered + y * width;
 
         memset(row, cap, width);
-        /* OpenCV filters rows in pairs: the last one of an odd number stays flat. */
+        /* OpenCV filters two rows at a time: with an odd height the last row keeps the constant value. */
         if (y + 1 == height && height % 2 == 1) {
             continue;
         }

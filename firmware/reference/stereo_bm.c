@@ -12,21 +12,21 @@
 
 #include "stereo_bm_stages.h"
 
-/* A frame on its way. Sums are taken per disparity, the smallest first, with the texture behind them. */
+/* State of a frame being matched. The lanes of a column are a sum per disparity, the smallest first, then the texture. */
 typedef struct {
     const stereo_settings_t *settings;
-    const uint8_t           *left;       /* As they are matched: filtered, or grey values. */
+    const uint8_t           *left;       /* Images to match: filtered, or grey values. */
     const uint8_t           *right;
     uint32_t                 margin;     /* Half a block. */
-    uint32_t                 lanes;      /* Sums: one per disparity, and the texture. */
+    uint32_t                 lanes;      /* Number of sums: one per disparity, and the texture. */
     uint32_t                 first;      /* First column of the left image that gets a cost. */
-    uint32_t                 count;      /* Columns that get one. */
-    uint32_t                 columns;    /* Columns under their blocks: a margin more on either side. */
-    uint32_t                *sums;       /* Per column and lane, over the rows of the block. */
-    uint32_t                *costs;      /* Per lane, over the whole block. */
-    uint32_t                *best;       /* Cost of the winner, per column of the row. */
-    int16_t                 *disparity;  /* Likewise its disparity. */
-    uint32_t                *scratch;    /* For the stages. */
+    uint32_t                 count;      /* Columns that get a cost. */
+    uint32_t                 columns;    /* Columns covered by their blocks: a margin more on either side. */
+    uint32_t                *sums;       /* Per column and lane: sum over the rows of the block. */
+    uint32_t                *costs;      /* Per lane: sum over the block. */
+    uint32_t                *best;       /* Per column of the row: cost of the winner. */
+    int16_t                 *disparity;  /* Per column of the row: disparity of the winner. */
+    uint32_t                *scratch;    /* Memory for the stages. */
 } work_t;
 
 static uint32_t clamp(int32_t value, int32_t most)
@@ -39,7 +39,7 @@ static uint32_t words(uint32_t bytes)
     return (bytes + 3) / 4;
 }
 
-/* Lays out what a frame needs behind `memory`; returns the words it takes. */
+/* Lays out the arrays of a frame from `memory` on; returns the number of words. */
 static uint32_t lay_out(work_t *work, const stereo_settings_t *settings, uint32_t *memory)
 {
     uint32_t image  = settings->xsobel ? words((uint32_t)settings->width * settings->height) : 0;
@@ -72,7 +72,7 @@ uint32_t stereo_bm_scratch_words(const stereo_settings_t *settings)
     return lay_out(&work, settings, &nowhere);
 }
 
-/* Adds the absolute differences of a row to the column sums, or takes them away. */
+/* Adds the absolute differences of a row to the column sums, or subtracts them if `sign` is -1. */
 static void add_row(const work_t *work, uint32_t row, int32_t sign)
 {
     const stereo_settings_t *settings    = work->settings;
@@ -82,7 +82,7 @@ static void add_row(const work_t *work, uint32_t row, int32_t sign)
     uint32_t                *sums        = work->sums;
 
     for (uint32_t column = 0; column < work->columns; column++) {
-        /* Beyond the edge both images stand still, each at its own. */
+        /* Columns beyond the edge repeat the last one, separately in either image. */
         int32_t        step  = (int32_t)column - (int32_t)work->margin;
         int32_t        pixel = left[clamp((int32_t)work->first + step, settings->width - 1)];
         const uint8_t *other = right + clamp(step, settings->width - disparities) + disparities - 1;
@@ -100,7 +100,7 @@ static uint32_t find_winner(const uint32_t *costs, uint32_t disparities)
 {
     uint32_t winner = disparities - 1;
 
-    /* From the largest disparity down, so that of equal costs the largest stays. */
+    /* From the largest disparity down, so that the largest wins among equal costs. */
     for (uint32_t lane = disparities - 1; lane-- > 0;) {
         if (costs[lane] < costs[winner]) {
             winner = lane;
@@ -124,7 +124,7 @@ static bool is_unique(const work_t *work, uint32_t winner)
     return true;
 }
 
-/* Offset in 1/256 pixel from the costs beside the winner's. */
+/* Offset in 1/256 pixel from the costs next to the winner's. */
 static int32_t fraction(const work_t *work, uint32_t winner)
 {
     int32_t below, above, gap, scale;
@@ -139,7 +139,7 @@ static int32_t fraction(const work_t *work, uint32_t winner)
     return scale != 0 ? gap * 256 / scale : 0;
 }
 
-static int16_t judge(const work_t *work, uint32_t winner)
+static int16_t test_winner(const work_t *work, uint32_t winner)
 {
     const stereo_settings_t *settings = work->settings;
 
@@ -150,7 +150,7 @@ static int16_t judge(const work_t *work, uint32_t winner)
     return (int16_t)(((int32_t)(settings->min_disparity + winner) * 256 + fraction(work, winner) + 15) >> 4);
 }
 
-/* Disparities of one row from its column sums. */
+/* Computes the disparities of one row from the column sums. */
 static void match_row(const work_t *work)
 {
     uint32_t        lanes   = work->lanes;
@@ -172,7 +172,7 @@ static void match_row(const work_t *work)
 
             winner             = find_winner(work->costs, work->settings->disparities);
             work->best[i]      = work->costs[winner];
-            work->disparity[i] = judge(work, winner);
+            work->disparity[i] = test_winner(work, winner);
         }
     }
     if (work->settings->disp12_max_diff >= 0) {

@@ -4,7 +4,7 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-/* The matcher in C, for the CPU: bit for bit what the accelerator has to give. */
+/* The reference matcher in C, for the CPU: the accelerator's map must equal its map bit for bit. */
 
 #ifndef LITESTEREO_REFERENCE_STEREO_BM_H
 #define LITESTEREO_REFERENCE_STEREO_BM_H
@@ -13,10 +13,10 @@
 
 #include "litestereo/stereo_settings.h"
 
-/** Words that stereo_bm needs to work in. */
+/** Words of scratch memory for stereo_bm. */
 uint32_t stereo_bm_scratch_words(const stereo_settings_t *settings);
 
-/** Disparity map of an image pair, as cv2.StereoBM computes it.
+/** Computes the disparity map of an image pair, as cv2.StereoBM does.
  *
  * Images and map are in raster order, width x height of `settings`, which are legal: see stereo_settings_t. `scratch`
  * has stereo_bm_scratch_words() words.

@@ -24,7 +24,7 @@ void cobs_decoder_reset(cobs_decoder_t *decoder)
     decoder->overflow  = false;
 }
 
-/* Copies a block's bytes from `in` up to a zero or `end`; returns where it stopped. What does not fit is skipped. */
+/* Copies a block's bytes from `in` up to a zero or `end`, or skips them if they do not fit; returns where it stopped. */
 static const uint8_t *copy_block(uint8_t *out, const uint8_t *in, const uint8_t *end, bool fits)
 {
     if (fits) {
@@ -41,7 +41,7 @@ static const uint8_t *copy_block(uint8_t *out, const uint8_t *in, const uint8_t 
 
 size_t cobs_decode(cobs_decoder_t *decoder, const uint8_t *bytes, size_t length)
 {
-    /* The state is kept in registers on the way: every byte of every frame passes here. */
+    /* The state is kept in registers, because every byte of every frame is decoded here. */
     const uint8_t *in        = bytes;
     const uint8_t *end       = bytes + length;
     uint8_t       *out       = decoder->buffer + decoder->length;
@@ -61,9 +61,9 @@ size_t cobs_decode(cobs_decoder_t *decoder, const uint8_t *bytes, size_t length)
             zero_due  = *in != FULL_BLOCK;
             in++;
         } else {
-            size_t         run  = remaining < (size_t)(end - in) ? remaining : (size_t)(end - in);
-            bool           fits = run <= (size_t)(limit - out);
-            const uint8_t *stop = copy_block(out, in, in + run, fits);
+            size_t         count = remaining < (size_t)(end - in) ? remaining : (size_t)(end - in);
+            bool           fits  = count <= (size_t)(limit - out);
+            const uint8_t *stop  = copy_block(out, in, in + count, fits);
 
             if (fits) {
                 out += stop - in;
@@ -99,7 +99,7 @@ size_t cobs_encode(const uint8_t *bytes, size_t length, uint8_t *encoded)
 
         *out++ = byte;
         if (byte == 0) {
-            /* The place of the zero becomes that of the next block's code. */
+            /* The code of the next block takes the place of the zero. */
             *code = (uint8_t)(out - 1 - code);
             code  = out - 1;
         } else if (out - code == FULL_BLOCK && bytes < end) {

@@ -4,7 +4,7 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-/* Whom a message came from. */
+/* The sender of a message. */
 
 #ifndef LITESTEREO_LINK_PROTOCOL_PEER_H
 #define LITESTEREO_LINK_PROTOCOL_PEER_H
@@ -12,7 +12,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-/** An address and port of UDP, or, all zeros, whoever is at the serial line. */
+/** A UDP address and port; all zeros for the host at the serial line. */
 typedef struct {
     bool     udp;      /**< Over UDP; else over the serial line. */
     uint16_t port;     /**< UDP port. */

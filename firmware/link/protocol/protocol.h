@@ -20,10 +20,10 @@
 #define PROTOCOL_NO_OFFSET   0xffffffffu
 #define PROTOCOL_UDP_PORT    19539u
 
-/* READs over UDP that a device keeps in line, the one that it serves included. */
+/* READs over UDP that a device queues, including the one that it serves. */
 #define PROTOCOL_QUEUED_READS 8u
 
-/* Seconds of silence after which a session may be taken over. */
+/* Seconds of silence after which another host may take over a session. */
 #define PROTOCOL_SILENCE_S 5u
 
 /* Seconds that a streamed frame waits for its next pairs before it fails. */
@@ -32,7 +32,7 @@
 /* Bit of the capabilities' features: frames may be streamed. The others are the matcher's. */
 #define PROTOCOL_FEATURE_STREAMING (1u << 8)
 
-/* Likewise: the firmware can be replaced over the link. */
+/* Bit of the capabilities' features: the firmware can be replaced over the link. */
 #define PROTOCOL_FEATURE_UPDATE (1u << 9)
 
 #define PROTOCOL_CAPABILITIES_SIZE 52u
