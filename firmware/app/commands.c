@@ -25,7 +25,7 @@ stereo_settings_t settings_with_all_stages(const stereo_limits_t *limits)
     stereo_settings_t settings = stereo_settings_default(limits);
 
     for (size_t i = 0; i < sizeof(wanted) / sizeof(wanted[0]); i++) {
-        /* What is not built is refused, and stays as it is. */
+        /* A setting without its stage is refused, and keeps its value. */
         (void)stereo_settings_set(&settings, limits, wanted[i].field, wanted[i].value);
     }
     return settings;

@@ -15,7 +15,7 @@
 
 #define PROMPT "litestereo> "
 
-/* Of the commands that match a frame: every stage that is built, or none but the sum of absolute differences. */
+/* Arguments of commands that match a frame. all: every stage that is built; sad: sum of absolute differences alone. */
 #define FRAME_ARGUMENTS " WIDTH HEIGHT DISPARITIES BLOCK_SIZE sad|all"
 
 static bool command_help(console_t *console, char **argv);
@@ -33,7 +33,7 @@ static const struct {
     {"help",     1, "",              "show the commands",                  command_help},
     {"info",     1, "",              "show what the device can do",        command_info},
     {"stats",    1, "",              "show the counters",                  command_stats},
-    {"reset",    1, "",              "begin anew",                         command_reset},
+    {"reset",    1, "",              "restart the device",                 command_reset},
     {"selftest", 1, "",              "compare accelerator and CPU",        command_selftest},
     {"bench",     6, FRAME_ARGUMENTS, "match a fixed pattern",             command_bench},
     {"cpu_bench", 6, FRAME_ARGUMENTS, "match it on the CPU",               command_cpu_bench},
@@ -144,7 +144,7 @@ static void run_line(console_t *console)
         if (strcmp(argv[0], commands[i].name) == 0) {
             bool done;
 
-            /* Somebody waits for it, and how long it takes is theirs to choose. */
+            /* A user waits for it and has chosen how long it takes. */
             watchdog_pause();
             done = argc == commands[i].words && commands[i].run(console, argv);
             watchdog_resume();
@@ -159,7 +159,7 @@ static void run_line(console_t *console)
 
 static void end_line(console_t *console)
 {
-    /* Bytes of a broken frame look like garbage; they are not worth an answer. */
+    /* Garbage is from a damaged frame, and gets no answer. */
     if (!console->garbage) {
         console->line[console->length] = 0;
         console_printf(console, "\n");
@@ -170,7 +170,7 @@ static void end_line(console_t *console)
     console->garbage = false;
 }
 
-static void type(console_t *console, char character)
+static void receive_character(console_t *console, char character)
 {
     bool newline_of_return = character == '\n' && console->returned;
 
@@ -203,6 +203,6 @@ void console_start(console_t *console)
 void console_receive(console_t *console, const uint8_t *text, size_t length)
 {
     for (size_t i = 0; i < length; i++) {
-        type(console, (char)text[i]);
+        receive_character(console, (char)text[i]);
     }
 }

@@ -4,7 +4,7 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-/* Commands for people, on the same line as the link. */
+/* Commands typed by a user, on the same serial line as the link. */
 
 #ifndef LITESTEREO_APP_CONSOLE_H
 #define LITESTEREO_APP_CONSOLE_H
@@ -19,27 +19,27 @@
 /** Most characters of a line. */
 #define CONSOLE_LINE_SIZE 80u
 
-/** Most words of a command, its name included. */
+/** Most words of a command, including its name. */
 #define CONSOLE_WORDS 8
 
 /** The console. */
 typedef struct {
     const device_info_t *info;     /**< What the device is. */
-    matcher_t           *matcher;  /**< What selftest and bench run on. */
-    counters_t          *counters; /**< What stats shows. */
-    session_t           *session;  /**< What brings them up to date. */
+    matcher_t           *matcher;  /**< Runs the frames of selftest and bench. */
+    counters_t          *counters; /**< Shown by stats. */
+    session_t           *session;  /**< Updates the counters. */
     void               (*write)(void *context, const uint8_t *bytes, size_t length);  /**< Sends text. */
     void                *context;  /**< First argument of `write`. */
-    char                 line[CONSOLE_LINE_SIZE + 1];  /**< Line being typed. */
-    size_t               length;   /**< Characters of it. */
-    bool                 garbage;  /**< The line holds what nobody types, or is too long; it is thrown away. */
+    char                 line[CONSOLE_LINE_SIZE + 1];  /**< The line being typed. */
+    size_t               length;   /**< Characters in it. */
+    bool                 garbage;  /**< The line has unprintable bytes or is too long; it will be dropped. */
     bool                 returned; /**< The last character was a carriage return. */
 } console_t;
 
-/** Greets and prompts. */
+/** Prints a greeting and the prompt. */
 void console_start(console_t *console);
 
-/** Takes what was typed; runs a command at the end of its line. */
+/** Handles typed characters; runs a command at the end of its line. */
 void console_receive(console_t *console, const uint8_t *text, size_t length);
 
 /** Prints as printf does; see print_to(). */

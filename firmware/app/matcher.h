@@ -4,7 +4,7 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-/* Takes frames from the pool to the accelerator, one after the other. */
+/* Passes frames from the pool to the accelerator, one after the other. */
 
 #ifndef LITESTEREO_APP_MATCHER_H
 #define LITESTEREO_APP_MATCHER_H
@@ -16,29 +16,29 @@
 #include "link/frame_stream.h"
 #include "litestereo/stereo.h"
 
-/** The way between pool and accelerator. */
+/** State of the matcher. */
 typedef struct {
     stereo_t     *stereo;    /**< The accelerator. */
-    frame_pool_t *pool;      /**< Where frames wait. */
-    counters_t   *counters;  /**< What is counted. */
-    const frame_stream_t *stream;  /**< The way of streamed frames; null if there is none. */
-    uint32_t      wanted;    /**< Of the streamed frame that is MATCHING: the pairs that were wanted at the last look. */
-    bool          held;      /**< A streamed frame is held up by the one before, whose map has not left. */
-    uint64_t      held_at;   /**< Clock since when. */
+    frame_pool_t *pool;      /**< Holds the queued frames. */
+    counters_t   *counters;  /**< Counters of the device. */
+    const frame_stream_t *stream;  /**< Path of streamed frames; null if there is none. */
+    uint32_t      wanted;    /**< Of the streamed frame that is MATCHING: offset of the next pairs at the last poll. */
+    bool          held;      /**< A streamed frame waits until the map of the previous one has been sent. */
+    uint64_t      held_at;   /**< Clock when that wait began. */
 } matcher_t;
 
 /** The accelerator's job for a frame. */
 stereo_job_t matcher_job(const frame_t *frame);
 
-/** Ends the match that is over, if one is, and begins the next; to be called often. */
+/** Finishes a match that has ended, and begins the next; to be called often. */
 void matcher_poll(matcher_t *matcher, uint64_t clock);
 
-/** Stops the match of a frame, which is FAILED then. */
+/** Stops the match of a frame; the frame is FAILED then. */
 void matcher_stop(matcher_t *matcher, frame_t *frame);
 
-/** Puts a complete frame in line, waits for its end and returns the frame's last state.
+/** Queues a complete frame, waits for its end, and returns its final state.
  *
- * Bounded: every frame before it is done or stopped by the watchdog in the end, and so is this one.
+ * Bounded: this frame and each one queued before ends, or is stopped when it exceeds its budget.
  */
 frame_state_t matcher_run(matcher_t *matcher, frame_t *frame);
 

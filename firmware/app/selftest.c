@@ -10,17 +10,17 @@
 #include "lib/pattern.h"
 #include "reference/stereo_bm.h"
 
-/* Most pixels of a case: what the CPU's map takes is set aside for good. */
+/* Most pixels of a case: memory for the CPU's map is static. */
 #define MAX_PIXELS 8192u
 
-/* Sizes beyond the smallest image that has a valid pixel. They are odd, so that rows begin at any place in a word. */
+/* A case. Columns and rows are added to the smallest image with a valid pixel; odd widths let rows begin anywhere in a word. */
 typedef struct {
-    uint16_t disparities;  /* 0 for all that the gateware has. */
-    uint8_t  block_size;   /* 0 for the smallest, UINT8_MAX for the largest that the gateware has. */
+    uint16_t disparities;  /* 0 for the gateware's maximum. */
+    uint8_t  block_size;   /* 0 for the gateware's smallest, UINT8_MAX for its largest. */
     uint8_t  columns;
     uint8_t  rows;
-    bool     all;          /* Every stage that is built, or as few as there are. */
-    uint32_t mask;         /* Bits of a pixel in use: few make many equal costs. */
+    bool     all;          /* All stages that are built, or as few as possible. */
+    uint32_t mask;         /* Bits of a pixel in use: few bits make many equal costs. */
 } case_t;
 
 static const case_t cases[] = {
@@ -46,7 +46,7 @@ static stereo_settings_t case_settings(const case_t *test, const stereo_limits_t
     return settings;
 }
 
-/* A texture on the left; the same on the right, shifted by another disparity in each row, and some noise. */
+/* The left image is a texture; the right one is the same, shifted by a disparity that differs per row, with some noise. */
 static void draw_pair(const frame_t *frame, uint32_t mask)
 {
     uint32_t  width  = frame->settings.width;
