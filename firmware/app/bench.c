@@ -63,7 +63,8 @@ static void measure_cpu(console_t *console, frame_t *frame)
 
     fill_with_pattern(frame);
     begin = clock_now();
-    stereo_bm(&frame->settings, frame_left(frame), frame_right(frame), (int16_t *)(void *)frame_map(frame), cpu_scratch);
+    stereo_bm(&frame->settings, frame_left(frame), frame_right(frame), (int16_t *)(void *)frame_map(frame),
+        cpu_scratch);
     print_measurement(console, "cpu_bench", frame, (uint32_t)(clock_now() - begin), 0);
 }
 
@@ -90,7 +91,8 @@ static const char *refusal(const console_t *console, frame_t *frame, uint32_t ma
     if (bad != STEREO_FIELD_NONE) {
         return stereo_field_name(bad);
     }
-    return stereo_bm_scratch_words(&frame->settings) > max_scratch_words ? "width, the CPU has too little memory" : NULL;
+    return stereo_bm_scratch_words(&frame->settings) > max_scratch_words ? "width, the CPU has too little memory"
+                                                                         : NULL;
 }
 
 static bool bench(console_t *console, char **argv, const char *command, uint32_t max_scratch_words, measure_t measure)

@@ -20,7 +20,8 @@ extern uint32_t cpu_scratch[CPU_SCRATCH_WORDS];
 /** `selftest`: compares the accelerator with the CPU, pixel for pixel. */
 bool command_selftest(console_t *console, char **argv);
 
-/** `bench WIDTH HEIGHT DISPARITIES BLOCK_SIZE sad|all`: matches a fixed pattern; prints the clocks and the map's CRC. */
+/** `bench WIDTH HEIGHT DISPARITIES BLOCK_SIZE sad|all`: matches a fixed pattern; prints the clocks and the map's
+ * CRC. */
 bool command_bench(console_t *console, char **argv);
 
 /** `cpu_bench` with the same arguments: the same on the CPU. */

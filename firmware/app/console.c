@@ -77,8 +77,8 @@ static bool command_info(console_t *console, char **argv)
     if (console->session->update != NULL) {
         const flash_t *flash = console->session->update->flash;
 
-        console_printf(console, "flash: id 0x%06x, %u images of %u bytes\n", (unsigned)flash->id, (unsigned)flash->images,
-            (unsigned)flash->image_bytes);
+        console_printf(console, "flash: id 0x%06x, %u images of %u bytes\n", (unsigned)flash->id,
+            (unsigned)flash->images, (unsigned)flash->image_bytes);
     } else {
         console_printf(console, "flash: none\n");
     }
@@ -102,7 +102,8 @@ static bool command_stats(console_t *console, char **argv)
     }
     console_printf(console, "matcher: %u submitted, %u refused, %u done\n", (unsigned)matcher->submitted,
         (unsigned)matcher->refused, (unsigned)matcher->done);
-    console_printf(console, "matcher errors: %u config, %u bus, %u aborted, %u timeouts, %u stuck, %u lost interrupts\n",
+    console_printf(console,
+        "matcher errors: %u config, %u bus, %u aborted, %u timeouts, %u stuck, %u lost interrupts\n",
         (unsigned)matcher->config_errors, (unsigned)matcher->bus_errors, (unsigned)matcher->aborted,
         (unsigned)matcher->timeouts, (unsigned)matcher->stuck, (unsigned)matcher->lost_interrupts);
     return true;
@@ -195,8 +196,8 @@ static void receive_character(console_t *console, char character)
 
 void console_start(console_t *console)
 {
-    console_printf(console, "\nLiteStereo on %s, firmware %u.%u, gateware %u.%u: try help\n" PROMPT, console->info->name,
-        console->info->firmware_version >> 8, console->info->firmware_version & 0xff,
+    console_printf(console, "\nLiteStereo on %s, firmware %u.%u, gateware %u.%u: try help\n" PROMPT,
+        console->info->name, console->info->firmware_version >> 8, console->info->firmware_version & 0xff,
         console->info->gateware_version >> 8, console->info->gateware_version & 0xff);
 }
 

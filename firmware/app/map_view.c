@@ -46,8 +46,8 @@ static void begin(map_view_t *view)
     }
 }
 
-/* Whether the map being drawn is intact. The map of a released frame stays in its slot until the next frame there is queued,
- * unless that frame's images are of another size and overwrite it before. */
+/* Whether the map being drawn is intact. The map of a released frame stays in its slot until the next frame there is
+ * queued, unless that frame's images are of another size and overwrite it before. */
 static bool is_intact(const map_view_t *view)
 {
     return view->frame->order == view->order && view->frame->pitch == view->pitch;

@@ -28,8 +28,8 @@ void map_view_init(map_view_t *view, screen_t *screen, const frame_pool_t *pool)
 
 /** Draws a part of the newest map, and shows the picture once it is complete; to be called often.
  *
- * Frames never wait for the view: a map that may be overwritten is abandoned, and the old picture stays. Without a screen
- * it does nothing.
+ * Frames never wait for the view: a map that may be overwritten is abandoned, and the old picture stays. Without a
+ * screen it does nothing.
  */
 void map_view_poll(map_view_t *view);
 

@@ -31,8 +31,8 @@ static void finish(matcher_t *matcher, frame_t *frame, const frame_result_t *res
     count(matcher->counters, result->error == ERROR_NONE ? COUNTER_FRAMES_MATCHED : COUNTER_FRAMES_FAILED);
 }
 
-/* Closes the path of a streamed frame that failed; the matcher has stopped by now. The wait is bounded. If the path does
- * not close, the open of the next frame reports it. */
+/* Closes the path of a streamed frame that failed; the matcher has stopped by now. The wait is bounded. If the path
+ * does not close, the open of the next frame reports it. */
 static void close_stream(matcher_t *matcher, const frame_t *frame)
 {
     if (frame->streamed && matcher->stream != NULL) {

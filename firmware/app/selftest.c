@@ -13,7 +13,8 @@
 /* Most pixels of a case: memory for the CPU's map is static. */
 #define MAX_PIXELS 8192u
 
-/* A case. Columns and rows are added to the smallest image with a valid pixel; odd widths let rows begin anywhere in a word. */
+/* A case. Columns and rows are added to the smallest image with a valid pixel; odd widths let rows begin anywhere in a
+ * word. */
 typedef struct {
     uint16_t disparities;  /* 0 for the gateware's maximum. */
     uint8_t  block_size;   /* 0 for the gateware's smallest, UINT8_MAX for its largest. */
@@ -46,7 +47,8 @@ static stereo_settings_t case_settings(const case_t *test, const stereo_limits_t
     return settings;
 }
 
-/* The left image is a texture; the right one is the same, shifted by a disparity that differs per row, with some noise. */
+/* The left image is a texture; the right one is the same, shifted by a disparity that differs per row, with some
+ * noise. */
 static void draw_pair(const frame_t *frame, uint32_t mask)
 {
     uint32_t  width  = frame->settings.width;

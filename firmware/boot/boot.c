@@ -7,8 +7,8 @@
 /* The program in ROM that the CPU runs after reset: initialises the main RAM, copies the firmware there from flash, and
  * jumps to it.
  *
- * The flash has room for several images, and the first one with a valid checksum is started. So a device whose image was
- * written only in part still has another one to start. */
+ * The flash has room for several images, and the first one with a valid checksum is started. So a device whose image
+ * was written only in part still has another one to start. */
 
 #include "image.h"
 

@@ -81,7 +81,8 @@ static bool capabilities_are_valid(const frame_link_capabilities_t *can)
         && is_power_of_two(can->alignment) && can->alignment <= FRAME_LINK_MAX_ALIGNMENT;
 }
 
-/* After a restart of the firmware alone the gateware may still be running; it must not touch memory that is ours now. */
+/* After a restart of the firmware alone the gateware may still be running; it must not touch memory that is ours
+ * now. */
 static status_t stop_everything(frame_link_t *link)
 {
     status_t reply, burst, stream;

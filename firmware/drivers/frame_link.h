@@ -128,8 +128,8 @@ status_t frame_link_abort_burst(frame_link_t *link);
 
 /** Passes the pixel pairs of a frame, in order, to the matcher, and sends the map as the matcher writes it.
  *
- * The parts of the map go to the session's peer with its token, and carry `sequence`. Call it before the matcher starts.
- * STATUS_BAD_ARGUMENT 0 pixels
+ * The parts of the map go to the session's peer with its token, and carry `sequence`. Call it before the matcher
+ * starts. STATUS_BAD_ARGUMENT 0 pixels
  * STATUS_UNSUPPORTED  the gateware was built without streaming
  * STATUS_BUSY         the previous frame still lacks pairs, or parts of its map have not been sent
  */

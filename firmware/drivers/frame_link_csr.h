@@ -4,7 +4,8 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-/* Registers of the frame link. In a SoC that has none they read as 0, which is not a version that the driver supports. */
+/* Registers of the frame link. In a SoC that has none they read as 0, which is not a version that the driver
+ * supports. */
 
 #ifndef LITESTEREO_DRIVERS_FRAME_LINK_CSR_H
 #define LITESTEREO_DRIVERS_FRAME_LINK_CSR_H

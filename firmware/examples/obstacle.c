@@ -4,10 +4,11 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-/* Prints the distance of the nearest surface in each of five sectors, a line per frame, with an alarm if one is too near.
+/* Prints the distance of the nearest surface in each of five sectors, a line per frame, with an alarm if one is too
+ * near.
  *
- * Where a program for a camera would wait for a pair, this one draws a scene: an obstacle that comes nearer from frame to
- * frame, each time in another sector. */
+ * Where a program for a camera would wait for a pair, this one draws a scene: an obstacle that comes nearer from frame
+ * to frame, each time in another sector. */
 
 #include "litestereo/depth.h"
 #include "litestereo/platform.h"

@@ -88,8 +88,8 @@ int main(void)
         print(&serial, "throughput: FAILED: status %d\n", status);
         return 1;
     }
-    print(&serial, "throughput: width=%d height=%d frames=%d clocks_per_frame=%u matcher_clocks=%u crc32=0x%08x\n", WIDTH,
-        HEIGHT, FRAMES, (unsigned)clocks, (unsigned)(stereo.statistics.clocks / FRAMES),
+    print(&serial, "throughput: width=%d height=%d frames=%d clocks_per_frame=%u matcher_clocks=%u crc32=0x%08x\n",
+        WIDTH, HEIGHT, FRAMES, (unsigned)clocks, (unsigned)(stereo.statistics.clocks / FRAMES),
         (unsigned)crc32_update(0, (const uint8_t *)maps[(FRAMES - 1) % 2], sizeof(maps[0])));
     print(&serial, "throughput: %u.%02u clocks per pixel, %u frames per second at %u Hz\n", (unsigned)(clocks
         / (WIDTH * HEIGHT)), (unsigned)(clocks % (WIDTH * HEIGHT) * 100 / (WIDTH * HEIGHT)),

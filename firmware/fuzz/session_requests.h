@@ -4,7 +4,7 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-/* Requests, made of an input: most fields fit what the session is in, so that few bytes go far. */
+/* Requests drawn from an input: most fields fit the session's state, so that short inputs get far. */
 
 #ifndef SESSION_REQUESTS_H
 #define SESSION_REQUESTS_H

@@ -20,8 +20,8 @@
 
 /* Counts the disparities of a sector in bins of 2**`shift` sixteenths of a pixel, from `base` on. Those above the last
  * bin are not counted. */
-static void count_disparities(const stereo_settings_t *settings, const int16_t *map, const sector_t *sector, int32_t base,
-    uint32_t shift, uint32_t *bins, uint32_t count)
+static void count_disparities(const stereo_settings_t *settings, const int16_t *map, const sector_t *sector,
+    int32_t base, uint32_t shift, uint32_t *bins, uint32_t count)
 {
     uint32_t margin = settings->block_size / 2u;
 

@@ -145,7 +145,8 @@ static stereo_settings_t fill(const stereo_limits_t *limits, bool bare)
         }
         put(&settings, field, value);
     }
-    settings.disparities = limits->max_disparities < DEFAULT_DISPARITIES ? limits->max_disparities : DEFAULT_DISPARITIES;
+    settings.disparities = limits->max_disparities < DEFAULT_DISPARITIES ? limits->max_disparities
+                                                                         : DEFAULT_DISPARITIES;
     settings.block_size  = limits->max_block_size < DEFAULT_BLOCK_SIZE ? limits->max_block_size : DEFAULT_BLOCK_SIZE;
     return settings;
 }

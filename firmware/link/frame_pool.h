@@ -57,7 +57,7 @@ typedef struct {
     uint16_t error;             /**< enum protocol_error: ERROR_NONE, ERROR_MATCHER or ERROR_TIMEOUT. */
     uint32_t detail;            /**< The accelerator's error code, or the clocks waited. */
     uint32_t clocks;            /**< Clocks from start to the map's last write; 0 if it failed. */
-    uint32_t first_row_clocks;  /**< Clocks from start to the end of the first row that has disparities; 0 if it failed. */
+    uint32_t first_row_clocks;  /**< Clocks from start to the end of the first row with disparities; 0 if it failed. */
 } frame_result_t;
 
 /** A slot and the frame in it. */
@@ -72,7 +72,7 @@ typedef struct {
     uint32_t         missing;   /**< Chunks still missing. */
     uint32_t         order;     /**< Position in the queue for the matcher, modulo 2**32. */
     bool             streamed;  /**< Its pixels are never in memory: they arrive while it is matched. */
-    uint32_t         sequence;  /**< Of a streamed frame: sequence of the parts of its map that are sent without a READ. */
+    uint32_t         sequence;  /**< Of a streamed frame: sequence of the parts of its map sent without READ. */
     frame_result_t   result;    /**< Valid once DONE or FAILED. */
     uint32_t         received[2 * FRAME_MAX_PIXELS / PROTOCOL_CHUNK_SIZE / 32];  /**< One bit per chunk. */
 } frame_t;

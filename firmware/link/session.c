@@ -113,8 +113,9 @@ static void put_capabilities(const session_t *session, uint8_t *payload)
 static void set_transfer_session(const session_t *session)
 {
     if (session->transfer != NULL) {
-        session->transfer->set_session(session->transfer->context, session->open && session->peer.udp ? session->token : 0,
-            &session->peer);
+        uint32_t token = session->open && session->peer.udp ? session->token : 0;
+
+        session->transfer->set_session(session->transfer->context, token, &session->peer);
     }
 }
 

@@ -62,16 +62,16 @@ typedef struct {
 
 /** A server of the protocol. */
 typedef struct {
-    const device_info_t *info;           /**< What the device is. */
-    frame_pool_t        *pool;           /**< Where frames live. */
-    counters_t          *counters;       /**< What is counted. */
+    const device_info_t *info;           /**< Description of the device. */
+    frame_pool_t        *pool;           /**< Slots of the frames. */
+    counters_t          *counters;       /**< Counters of the device. */
     session_stop_t       stop;           /**< Called to stop a match. */
     void                *context;        /**< First argument of `stop`. */
     const session_transfer_t *transfer;  /**< Serves UDP peers; null if there is no UDP. */
     update_t            *update;         /**< Replaces the firmware; null if there is no flash. */
     bool                 restarting;     /**< The device is about to restart; it answers nothing but RESTART. */
     uint64_t             restart_at;     /**< Clock of the restart. */
-    peer_t               peer;           /**< Who said hello. */
+    peer_t               peer;           /**< Sender of the last HELLO. */
     uint64_t             heard;          /**< Clock when the peer last sent something. */
     uint64_t             counters_updated;  /**< Clock of the last session_update_counters. */
     uint32_t             token;          /**< Token of the session; 0 before the first. */
@@ -89,10 +89,9 @@ void session_init(session_t *session, const device_info_t *info, frame_pool_t *p
 
 /** Handles a request that came from `peer` at time `clock`.
  *
- * `clock` also seeds the tokens: pass the uptime, which differs from boot to boot. The reply's payload goes to `payload`,
- * which has room for PROTOCOL_CHUNK_SIZE bytes.
- * Returns whether there is a reply to send. There is none if the message is itself a reply, or if gateware sends the
- * replies.
+ * `clock` also seeds the tokens: pass the uptime, which differs from boot to boot. The reply's payload goes to
+ * `payload`, which has room for PROTOCOL_CHUNK_SIZE bytes. Returns whether there is a reply to send. There is none if
+ * the message is itself a reply, or if gateware sends the replies.
  */
 bool session_handle(session_t *session, uint64_t clock, const peer_t *peer, const message_t *request, message_t *reply,
     uint8_t *payload);

@@ -34,8 +34,8 @@ void session_free(session_t *session, frame_t *frame, enum counter counter)
         session->stop(session->context, frame);
     }
     if (session_is_udp(session)) {
-        /* Both waits are bounded. The slot is freed even if gateware does not stop: it is broken then, but without slots
-         * the device would be of no use to the serial line either. */
+        /* Both waits are bounded. The slot is freed even if gateware does not stop: it is broken then, but without
+         * slots the device would be of no use to the serial line either. */
         if (frame->state == FRAME_LOADING) {
             (void)transfer->close_frame(transfer->context, frame);
         }

@@ -12,7 +12,8 @@
 
 #include "stereo_bm_stages.h"
 
-/* State of a frame being matched. The lanes of a column are a sum per disparity, the smallest first, then the texture. */
+/* State of a frame being matched. The lanes of a column are a sum per disparity, the smallest first, then the
+ * texture. */
 typedef struct {
     const stereo_settings_t *settings;
     const uint8_t           *left;       /* Images to match: filtered, or grey values. */

@@ -4,9 +4,9 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-/* The SPI flash with bitstream and firmware, whose pins the CPU drives by software. Only the images of the firmware can be
- * written, because the FPGA loads the rest. Erasing and programming take time: begin them, then poll for their end. In a
- * SoC without a flash flash_init returns STATUS_UNSUPPORTED, and so do the other functions. */
+/* The SPI flash with bitstream and firmware, whose pins the CPU drives by software. Only the images of the firmware can
+ * be written, because the FPGA loads the rest. Erasing and programming take time: begin them, then poll for their end.
+ * In a SoC without a flash flash_init returns STATUS_UNSUPPORTED, and so do the other functions. */
 
 #ifndef LITESTEREO_FLASH_H
 #define LITESTEREO_FLASH_H
@@ -30,7 +30,8 @@ typedef struct {
     uint64_t limit;          /**< Clocks that the operation may take. */
 } flash_t;
 
-/** Identifies the flash; STATUS_UNSUPPORTED if the SoC has none, it does not answer, or it is too small for the images. */
+/** Identifies the flash; STATUS_UNSUPPORTED if the SoC has none, it does not answer, or it is too small for the
+ * images. */
 status_t flash_init(flash_t *flash, uint32_t clock_hz);
 
 /** Reads from a byte address of the flash, which must not be busy. */
@@ -43,8 +44,8 @@ void flash_read(uint32_t address, void *data, uint32_t length);
  */
 status_t flash_begin_erase(flash_t *flash, uint32_t address, uint64_t clock);
 
-/** Begins to program bytes within one page, at most FLASH_PAGE_BYTES. Programming only clears bits: erase before. Returns
- * what flash_begin_erase does. */
+/** Begins to program bytes within one page, at most FLASH_PAGE_BYTES. Programming only clears bits: erase before.
+ * Returns what flash_begin_erase does. */
 status_t flash_begin_program(flash_t *flash, uint32_t address, const uint8_t *data, uint32_t length, uint64_t clock);
 
 /** STATUS_OK once the flash is ready, STATUS_BUSY until then, STATUS_TIMEOUT if the operation takes too long. */

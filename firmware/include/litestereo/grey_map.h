@@ -15,8 +15,8 @@
 
 /** Draws one row of a picture of `width` x `height` pixels, with the map centred in it, or cropped if it is larger.
  *
- * The largest disparity searched becomes 255, others in proportion, rounded. Disparities of 0 or less, pixels without one,
- * and pixels outside of the map become 0.
+ * The largest disparity searched becomes 255, others in proportion, rounded. Disparities of 0 or less, pixels without
+ * one, and pixels outside of the map become 0.
  *
  * @param settings  of the map
  * @param map       settings->width x settings->height int16, sixteenths of a pixel, in raster order

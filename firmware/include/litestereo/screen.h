@@ -4,8 +4,8 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-/* Driver of the screen: gateware continuously shows a picture from memory. There are two pictures: one is drawn while the
- * other is shown. In a SoC without a screen these functions do nothing. */
+/* Driver of the screen: gateware continuously shows a picture from memory. There are two pictures: one is drawn while
+ * the other is shown. In a SoC without a screen these functions do nothing. */
 
 #ifndef LITESTEREO_SCREEN_H
 #define LITESTEREO_SCREEN_H

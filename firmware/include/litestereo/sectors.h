@@ -21,13 +21,13 @@ typedef struct {
     uint16_t columns;    /**< Number of columns. */
     uint32_t pixels;     /**< Pixels that have a disparity. */
     bool     found;      /**< At least `least` pixels have a disparity. */
-    int16_t  disparity;  /**< If found: the largest disparity that `least` pixels have or exceed, sixteenths of a pixel. */
+    int16_t  disparity;  /**< If found: largest disparity that `least` pixels reach, sixteenths of a pixel. */
 } sector_t;
 
 /** Finds the nearest surface in each of `count` sectors.
  *
- * The sectors divide the columns that can have a disparity, so without the left part of the map. `least` is the number of
- * pixels that make a surface: fewer count as mismatches. Uses 1 KiB of stack, and reads the map twice.
+ * The sectors divide the columns that can have a disparity, so without the left part of the map. `least` is the number
+ * of pixels that make a surface: fewer count as mismatches. Uses 1 KiB of stack, and reads the map twice.
  *
  * STATUS_BAD_ARGUMENT if `least` or `count` is 0, STATUS_SIZE if there are fewer such columns than sectors.
  */

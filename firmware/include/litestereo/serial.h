@@ -21,7 +21,7 @@ typedef struct {
     uint8_t  backlog[SERIAL_BACKLOG_SIZE];  /**< Bytes received while sending. */
     uint32_t head;                          /**< Bytes put in the backlog so far, modulo 2**32. */
     uint32_t tail;                          /**< Bytes taken from it so far, modulo 2**32. */
-    bool     stalled;                       /**< The line accepted nothing for too long; bytes are dropped until it does. */
+    bool     stalled;                       /**< The line does not move; bytes are dropped until it does. */
 } serial_t;
 
 /** Takes over the UART: disables its interrupts and clears its events. */
@@ -33,8 +33,8 @@ size_t serial_receive(serial_t *serial, uint8_t *bytes, size_t capacity);
 /** Sends bytes; returns once all are in the FIFO, or when the line stalls. */
 void serial_send(serial_t *serial, const uint8_t *bytes, size_t length);
 
-/** Sends text without the handle, for emergencies: in an interrupt, or before a reset. Returns once the text is sent, or
- * when the line stalls. */
+/** Sends text without the handle, for emergencies: in an interrupt, or before a reset. Returns once the text is sent,
+ * or when the line stalls. */
 void serial_say(const char *text);
 
 #endif

@@ -52,7 +52,7 @@ typedef struct {
     const uint8_t    *right;     /**< width x height bytes, aligned. */
     void             *map;       /**< width x height int16, aligned; stereo_map_bytes() bytes. */
     stereo_settings_t settings;  /**< Size and matching parameters. */
-    bool              streamed;  /**< Pixels come from the frame link: left and right are not read, but must be aligned. */
+    bool              streamed;  /**< Pixels come from the frame link: images are not read, but must be aligned. */
 } stereo_job_t;
 
 /** Error codes of the status register. */
@@ -72,7 +72,8 @@ typedef struct {
 
 /** Counts since stereo_init, modulo 2**32.
  *
- * Each submitted job is counted in one of done, config_errors, bus_errors, aborted and timeouts when its end is noticed.
+ * Each submitted job is counted in one of done, config_errors, bus_errors, aborted and timeouts when its end is
+ * noticed.
  */
 typedef struct {
     uint32_t          submitted;        /**< Jobs started. */
@@ -106,8 +107,8 @@ typedef struct {
 
 /** Reads the capabilities, stops a running job, and enables the interrupt.
  *
- * STATUS_UNSUPPORTED if the driver does not support the version, or if the capabilities are invalid or need an alignment
- * above STEREO_MAX_ALIGNMENT; STATUS_TIMEOUT if a running job does not stop.
+ * STATUS_UNSUPPORTED if the driver does not support the version, or if the capabilities are invalid or need an
+ * alignment above STEREO_MAX_ALIGNMENT; STATUS_TIMEOUT if a running job does not stop.
  */
 status_t stereo_init(stereo_t *stereo);
 
@@ -123,7 +124,8 @@ uint32_t stereo_map_bytes(const stereo_t *stereo, const stereo_settings_t *setti
 /** First field of a job that the gateware does not allow, or STEREO_FIELD_NONE. */
 stereo_field_t stereo_check(const stereo_t *stereo, const stereo_job_t *job);
 
-/** Starts a job at time `clock`: STATUS_BAD_ARGUMENT if stereo_check finds a bad field, STATUS_BUSY while a job runs. */
+/** Starts a job at time `clock`: STATUS_BAD_ARGUMENT if stereo_check finds a bad field, STATUS_BUSY while a job
+ * runs. */
 status_t stereo_submit(stereo_t *stereo, const stereo_job_t *job, uint64_t clock);
 
 /** Clocks that a job of this size may take if it waits for memory only. */
@@ -146,8 +148,8 @@ status_t stereo_poll(stereo_t *stereo, uint64_t clock, stereo_result_t *result);
  * interrupt. */
 status_t stereo_wait(stereo_t *stereo, stereo_result_t *result);
 
-/** Aborts the running job and waits until the gateware no longer accesses memory: STATUS_OK once idle, STATUS_TIMEOUT if
- * it does not stop. Does nothing while no job runs. */
+/** Aborts the running job and waits until the gateware no longer accesses memory: STATUS_OK once idle, STATUS_TIMEOUT
+ * if it does not stop. Does nothing while no job runs. */
 status_t stereo_abort(stereo_t *stereo);
 
 /** Interrupt service routine, for STEREO_INTERRUPT. */

@@ -47,7 +47,7 @@ typedef struct {
     uint16_t disparities;        /**< Number of disparities searched, a multiple of 16, at least 16. */
     uint8_t  block_size;         /**< Side of the block in pixels, odd. */
     uint8_t  min_disparity;      /**< Smallest disparity, pixels. */
-    bool     xsobel;             /**< Prefilter XSOBEL; without it grey values are matched, and there is no texture test. */
+    bool     xsobel;             /**< Prefilter XSOBEL; else grey values are matched, without texture test. */
     uint8_t  prefilter_cap;      /**< Largest slope that the prefilter keeps, 1 to 63. */
     uint32_t texture_threshold;  /**< Least texture of a block, up to 0xfffff. */
     uint8_t  uniqueness_ratio;   /**< Percent, 0 to 100; 0 for no test. */

@@ -11,8 +11,8 @@
 
 #include <stdint.h>
 
-/** Starts the watchdog: feed it at least every `clocks` clocks from now on. If not, it raises an interrupt, in which the
- * program can record where it hangs, and resets the SoC a twentieth of a second later. */
+/** Starts the watchdog: feed it at least every `clocks` clocks from now on. If not, it raises an interrupt, in which
+ * the program can record where it hangs, and resets the SoC a twentieth of a second later. */
 void watchdog_start(uint32_t clocks);
 
 /** Feeds the watchdog; does nothing while it is not running. */

@@ -24,7 +24,8 @@ void cobs_decoder_reset(cobs_decoder_t *decoder)
     decoder->overflow  = false;
 }
 
-/* Copies a block's bytes from `in` up to a zero or `end`, or skips them if they do not fit; returns where it stopped. */
+/* Copies a block's bytes from `in` up to a zero or `end`, or skips them if they do not fit; returns where it
+ * stopped. */
 static const uint8_t *copy_block(uint8_t *out, const uint8_t *in, const uint8_t *end, bool fits)
 {
     if (fits) {

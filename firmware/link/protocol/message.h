@@ -27,8 +27,8 @@ typedef struct {
 
 /** Parses `length` received bytes; the payload stays where it is.
  *
- * Returns STATUS_FRAMING if no message has this length, STATUS_HEADER or STATUS_CRC if the bytes are damaged; `message` is
- * written on STATUS_OK only. The caller checks the version.
+ * Returns STATUS_FRAMING if no message has this length, STATUS_HEADER or STATUS_CRC if the bytes are damaged; `message`
+ * is written on STATUS_OK only. The caller checks the version.
  */
 status_t message_parse(const uint8_t *bytes, size_t length, message_t *message);
 

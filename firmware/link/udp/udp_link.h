@@ -36,7 +36,8 @@ typedef struct {
     udp_read_t            reads[PROTOCOL_QUEUED_READS];  /**< The queue: the first `queued` entries, oldest first. */
     unsigned              queued;    /**< Number of queued READs. */
     bool                  sending;   /**< Gateware sends the oldest one. */
-    _Alignas(FRAME_ALIGNMENT) uint8_t payload[PROTOCOL_CHUNK_SIZE];  /**< Payload of the reply, until gateware has read it. */
+    /** Payload of the reply, until gateware has read it. */
+    _Alignas(FRAME_ALIGNMENT) uint8_t payload[PROTOCOL_CHUNK_SIZE];
 } udp_link_t;
 
 /** Prepares the link and gives it to the session; STATUS_UNSUPPORTED if gateware has fewer slots than the pool. */

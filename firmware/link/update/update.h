@@ -10,9 +10,9 @@
  *                          |           |
  *                          +-----------+-----> FAILED
  *
- * The boot program starts the first good image. That one is written last, when all others hold the new firmware and have
- * been read back, so there is a good image at every moment, even if the power fails. Of each image the header's sector is
- * erased first and the header's page is programmed last, so that an incomplete image has no header.
+ * The boot program starts the first good image. That one is written last, when all others hold the new firmware and
+ * have been read back, so there is a good image at every moment, even if the power fails. Of each image the header's
+ * sector is erased first and the header's page is programmed last, so that an incomplete image has no header.
  */
 
 #ifndef LITESTEREO_LINK_UPDATE_UPDATE_H
@@ -52,23 +52,23 @@ typedef enum { UPDATE_SURVEY, UPDATE_ERASE, UPDATE_PROGRAM, UPDATE_READ_BACK } u
 
 /** The update of a device. */
 typedef struct {
-    flash_t         *flash;     /**< The flash to write to. */
-    uint8_t         *image;     /**< The image in memory, as it will be in flash. */
-    update_state_t   state;     /**< Changed by the functions below only. */
-    update_failure_t failure;   /**< Reason if the state is FAILED. */
-    uint32_t         length;    /**< Announced bytes of the firmware. */
-    uint32_t         crc32;     /**< Announced checksum of the firmware. */
-    update_step_t    step;      /**< Current step while WRITING. */
-    uint32_t         images_written;  /**< Number of images written. */
-    uint32_t         image_index;  /**< The image being worked on. */
-    uint32_t         last_index;   /**< The image that is written last. */
-    uint32_t         position;  /**< Bytes of the image that this step has finished. */
-    uint32_t         expected;  /**< Length in the header of the image being read, bytes. */
-    uint32_t         stored;    /**< Checksum in that header. */
-    uint32_t         found;     /**< Checksum computed up to `position`. */
-    bool             waiting;   /**< The flash is busy. */
-    uint32_t         done;      /**< Bytes erased, programmed and read back so far. */
-    uint32_t         total;     /**< Bytes to erase, program and read back altogether. */
+    flash_t         *flash;             /**< The flash to write to. */
+    uint8_t         *image;             /**< The image in memory, as it will be in flash. */
+    update_state_t   state;             /**< Changed by the functions below only. */
+    update_failure_t failure;           /**< Reason if the state is FAILED. */
+    uint32_t         length;            /**< Announced bytes of the firmware. */
+    uint32_t         crc32;             /**< Announced checksum of the firmware. */
+    update_step_t    step;              /**< Current step while WRITING. */
+    uint32_t         images_written;    /**< Number of images written. */
+    uint32_t         image_index;       /**< The image being worked on. */
+    uint32_t         last_index;        /**< The image that is written last. */
+    uint32_t         position;          /**< Bytes of the image that this step has finished. */
+    uint32_t         expected;          /**< Length in the header of the image being read, bytes. */
+    uint32_t         stored;            /**< Checksum in that header. */
+    uint32_t         found;             /**< Checksum computed up to `position`. */
+    bool             waiting;           /**< The flash is busy. */
+    uint32_t         done;              /**< Bytes erased, programmed and read back so far. */
+    uint32_t         total;             /**< Bytes to erase, program and read back altogether. */
 } update_t;
 
 /** Prepares updates of a flash. `memory` is word-aligned and has room for an image. */

@@ -30,8 +30,8 @@
 #include "tcp_uart.h"
 #include "udp_wire.h"
 
-/* Where the frame memory lies: registers hold 32-bit addresses, so it has to be below 4 GiB; the kernel may begin the heap
- * of a program that is not position-independent anywhere in the first GiB behind it. */
+/* Address of the frame memory: registers hold 32-bit addresses, so it is below 4 GiB; the kernel may place the heap
+ * of a program that is not position-independent anywhere in the first GiB after the program. */
 #define MEMORY_BASE 0x50000000u
 
 static struct {
@@ -41,9 +41,9 @@ static struct {
     uint32_t clock_hz;
     uint16_t port;
     long     udp_port;     /* -1 for none. */
-    bool     stored_only;  /* No way for streamed frames. */
-    jmp_buf  reset;        /* Where a reset leads. */
-    uint8_t  booted[FLASH_IMAGE_BYTES];  /* What the boot program has found in flash. */
+    bool     stored_only;  /* Without streaming. */
+    jmp_buf  reset;        /* Target of a reset. */
+    uint8_t  booted[FLASH_IMAGE_BYTES];  /* The image that the boot program found in flash. */
 } device = {.memory_size = 16 << 20, .clock_hz = 100000000, .udp_port = -1};
 
 static void stop(int signal)
@@ -147,7 +147,7 @@ static bool is_matching(void)
     return (stereo_status_read() & 1) != 0;
 }
 
-/* Makes the frame link, if a port is wanted for it. */
+/* Creates the frame link, if it has a port. */
 static void listen_to_udp(void)
 {
     if (device.udp_port < 0) {
@@ -164,7 +164,7 @@ static void listen_to_udp(void)
 
 /* Flash. */
 
-/* What `make flash` leaves in it: this firmware twice, or at least a firmware with its tag. */
+/* Writes what `make flash` does: this firmware twice, or at least a firmware with its tag. */
 static void fill_flash(void)
 {
     uint8_t firmware[1000];
@@ -176,14 +176,15 @@ static void fill_flash(void)
     }
 }
 
-/* The boot program. This program goes on being the firmware, but it calls itself what the one in flash does. */
+/* The boot program. This program remains the firmware, but takes the name of the one in flash. */
 static void boot(void)
 {
     if (!fake_flash.present) {
         return;
     }
     for (uint32_t image = 0; image < FLASH_IMAGES; image++) {
-        uint32_t length = image_load(FLASH_IMAGES_OFFSET + image * FLASH_IMAGE_BYTES, device.booted, FLASH_IMAGE_BYTES - 8);
+        uint32_t address = FLASH_IMAGES_OFFSET + image * FLASH_IMAGE_BYTES;
+        uint32_t length  = image_load(address, device.booted, FLASH_IMAGE_BYTES - 8);
 
         if (length >= sizeof(firmware_tag)) {
             firmware_tag_t tag;
@@ -218,7 +219,7 @@ static void usage(void)
         "  --bus-error           end every frame with a bus error\n"
         "  --flash               a flash, with the firmware in it\n"
         "  --flash-protected     a flash that does not follow commands to write\n"
-        "  --flash-busy N        looks at its status that an operation lasts (default: 3)\n");
+        "  --flash-busy N        polls of its status that an operation takes (default: 3)\n");
     exit(2);
 }
 
@@ -266,7 +267,7 @@ static void parse_options(int argc, char **argv)
         case SKIP_PARTS:       fake_frame_link.skips = (unsigned)value; break;
         case FLASH:            fake_flash.present = true; break;
         case FLASH_PROTECTED:  fake_flash.present = fake_flash.protect = true; break;
-        case FLASH_BUSY:       fake_flash.busy_looks = (unsigned)value; break;
+        case FLASH_BUSY:       fake_flash.busy_polls = (unsigned)value; break;
         default:               usage();
         }
     }

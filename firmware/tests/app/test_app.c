@@ -4,7 +4,7 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-/* The console, the way of frames through the matcher, and faults. */
+/* The console, frames in the matcher, and faults. */
 
 #include "app_fixture.h"
 #include "fake_screen.h"
@@ -25,7 +25,7 @@ static void test_console(void)
     REQUIRE_TYPE("hlep\r", "unknown command");
     REQUIRE_TYPE("help me\r", "usage: help\r\n");
     REQUIRE_TYPE("help 1 2 3 4 5 6 7 8 9 10 11 12\r", "usage: help\r\n");
-    /* Nobody typed that, so nobody is answered. */
+    /* No user typed this, so there is no answer. */
     REQUIRE(strcmp(type("\x01\xff help\r"), "") == 0);
     REQUIRE_TYPE("help\r", "selftest");
     for (int i = 0; i < 200; i++) {
@@ -80,8 +80,8 @@ static void test_matcher(void)
     }
     for (uint32_t i = 0; i < 3; i++) {
         app_poll(&app);
-        for (int turns = 0; frame[i]->state == FRAME_MATCHING; turns++) {
-            REQUIRE(turns < 100 && (i == 2 || frame[i + 1]->state == FRAME_READY));
+        for (int polls = 0; frame[i]->state == FRAME_MATCHING; polls++) {
+            REQUIRE(polls < 100 && (i == 2 || frame[i + 1]->state == FRAME_READY));
             app_poll(&app);
         }
         REQUIRE(frame[i]->state == FRAME_DONE && frame[i]->result.clocks == 800);
@@ -91,7 +91,7 @@ static void test_matcher(void)
     REQUIRE(app.counters.value[COUNTER_MATCHER_INTERRUPTS] == 3);
 }
 
-/* What is done is seen: the map in the middle of the screen, and black around it. */
+/* A map that is done is shown in the middle of the screen, with black around it. */
 static void test_screen(void)
 {
     frame_t *frame;
@@ -102,16 +102,16 @@ static void test_screen(void)
     while (frame->state != FRAME_DONE) {
         app_poll(&app);
     }
-    /* The accelerator here finds nothing. The last row is not drawn in that turn. */
+    /* The fake accelerator finds no disparities. The last row is not drawn by this poll. */
     ((int16_t *)(void *)frame_map(frame))[40 * 19 + 39] = 240;
-    for (int turns = 0; fake_screen.shows == 0; turns++) {
-        REQUIRE(turns < 10);
+    for (int polls = 0; fake_screen.shows == 0; polls++) {
+        REQUIRE(polls < 10);
         app_poll(&app);
     }
     REQUIRE(shown_pixel(51, 33) == 255 && shown_pixel(51, 32) == 0 && shown_pixel(52, 33) == 0);
 }
 
-/* A frame that lacks pixels is not matched, and nobody waits for it; nor is a streamed one that has no way. */
+/* A frame that lacks pixels is neither matched nor waited for; nor is a streamed one without a path. */
 static void test_no_match(void)
 {
     stereo_settings_t settings = {.width = 40, .height = 20, .disparities = 16, .block_size = 5};
@@ -126,7 +126,7 @@ static void test_no_match(void)
     REQUIRE(frame->result.detail == STEREO_ERROR_CONFIG && app.counters.value[COUNTER_FRAMES_FAILED] == 1);
 }
 
-/* A stopped match writes nothing any more, and the next one is not held up. */
+/* A stopped match writes nothing more, and does not delay the next one. */
 static void test_stop(void)
 {
     frame_t *frame, *next;
@@ -139,13 +139,13 @@ static void test_stop(void)
     matcher_stop(&app.matcher, frame);
     REQUIRE(frame->state == FRAME_FAILED && frame->result.detail == STEREO_ERROR_ABORTED);
     REQUIRE((stereo_status_read() & 1) == 0);
-    for (int turns = 0; turns < 100; turns++) {
+    for (int polls = 0; polls < 100; polls++) {
         app_poll(&app);
     }
     REQUIRE(frame_map(frame)[0] == 0 && next->state == FRAME_DONE);
 }
 
-/* Settings that the gateware does not take fail the frame, not the device. */
+/* Settings that the gateware refuses fail the frame, not the device. */
 static void test_refused_settings(void)
 {
     frame_t *frame;
@@ -158,7 +158,7 @@ static void test_refused_settings(void)
     REQUIRE(frame->result.detail == STEREO_ERROR_CONFIG);
 }
 
-/* An accelerator that does not even stop costs bounded waits and a reset, and works again once it does. */
+/* An accelerator that does not stop costs bounded waits and a reset, and works again once it stops. */
 static void test_stuck(void)
 {
     frame_t *frame, *next;
@@ -167,7 +167,7 @@ static void test_stuck(void)
     fake_stereo.hang = fake_stereo.stuck = true;
     frame = load_frame(1);
     next  = load_frame(2);
-    for (int turns = 0; turns < 10000; turns++) {
+    for (int polls = 0; polls < 10000; polls++) {
         app_poll(&app);
     }
     REQUIRE(frame->state == FRAME_FAILED && frame->result.error == ERROR_TIMEOUT && frame->result.detail > 100000);
@@ -178,7 +178,7 @@ static void test_stuck(void)
     REQUIRE_TYPE("selftest\r", "selftest: passed");
 }
 
-/* One that stops at a second asking costs the frame, but no reset. */
+/* One that stops at the second attempt costs the frame, but no reset. */
 static void test_stops_late(void)
 {
     frame_t *frame, *next;
@@ -187,9 +187,9 @@ static void test_stops_late(void)
     fake_stereo.hang = true;
     frame = load_frame(1);
     next  = load_frame(2);
-    for (int turns = 0; frame->state != FRAME_FAILED; turns++) {
-        REQUIRE(turns < 10000);
-        /* More than are asked in the time that the driver has, less than in twice that. */
+    for (int polls = 0; frame->state != FRAME_FAILED; polls++) {
+        REQUIRE(polls < 10000);
+        /* More aborts than one attempt makes, fewer than two attempts make. */
         fake_stereo.deaf = 1200;
         app_poll(&app);
     }
@@ -201,7 +201,7 @@ static void test_stops_late(void)
     REQUIRE_TYPE("selftest\r", "selftest: passed");
 }
 
-/* A matcher that is too small for all cases is not called sound; nor is one whose frames are too large for memory. */
+/* The self-test does not pass for a matcher that is too small for all cases, nor if no frame fits in memory. */
 static void test_small_devices(void)
 {
     fake_stereo.max_width = 19;
@@ -214,7 +214,7 @@ static void test_small_devices(void)
     frame_memory = FRAME_POOL_SLOTS * 2048;
     type("");
     REQUIRE(app_init(&app) == STATUS_SIZE && strstr(out, "8192 bytes of memory are too few for frames.") != NULL);
-    /* Frames go before the screen. */
+    /* Frames have priority over the screen. */
     REQUIRE(app.screen.width == 0);
     frame_memory = 1 << 20;
 }
@@ -242,7 +242,7 @@ static void test_faults(void)
     REQUIRE(app.pool.frame[0].state == FRAME_EMPTY);
 }
 
-/* The firmware says why it began anew, and does so when it is told. */
+/* The firmware reports the cause of a reset, and resets on command. */
 static void test_reset(void)
 {
     boot();
@@ -255,7 +255,7 @@ static void test_reset(void)
     REQUIRE(resets == 1 && last_reset == RESET_REQUESTED);
 }
 
-/* A mistake in the program is said, and is the last thing that it does. */
+/* A failed ENSURE is printed, and ends the program. */
 static void test_ensure(void)
 {
     boot();

@@ -4,7 +4,7 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-/* What comes to the whole firmware from a host: sessions by UDP, another firmware, a restart. */
+/* A host's requests to the whole firmware: sessions over UDP, updates, a restart. */
 
 #include "app_fixture.h"
 #include "fake_flash.h"
@@ -21,7 +21,7 @@ static bool send_nothing(const peer_t *peer, const uint8_t *bytes, size_t length
     return true;
 }
 
-/* A message comes in by UDP, and the firmware takes its turns. */
+/* Delivers a message over UDP, and polls the firmware. */
 static void post(uint8_t type, uint32_t offset, const uint8_t *payload, uint32_t length)
 {
     static const peer_t peer = {.udp = true, .address = 1, .port = 2};
@@ -36,7 +36,7 @@ static void post(uint8_t type, uint32_t offset, const uint8_t *payload, uint32_t
     app_poll(&app);
 }
 
-/* The main loop serves UDP, and sees that chunks which it does not get keep a session alive. */
+/* The main loop serves UDP, and chunks that only gateware sees keep a session alive. */
 static void test_udp_session(void)
 {
     static const uint8_t size[4] = {80, 0, 20, 0}, chunk[PROTOCOL_CHUNK_SIZE];
@@ -47,7 +47,7 @@ static void test_udp_session(void)
     post(TYPE_HELLO, 0, size, 4);
     post(TYPE_OPEN, 0, size, 4);
     REQUIRE(app.session.open && app.session.peer.udp && app.pool.frame[0].state == FRAME_LOADING);
-    for (int turn = 0; turn < 3; turn++) {
+    for (int round = 0; round < 3; round++) {
         now += 4000000;
         post(TYPE_UPLOAD, 0, chunk, sizeof(chunk));
         now += 20000;
@@ -60,7 +60,7 @@ static void test_udp_session(void)
     fake_frame_link.version = 0;
 }
 
-/* With UDP, without it, and with one that is not known or does not come to rest: the line works all the same. */
+/* With UDP, without it, and with a frame link that is not supported or does not stop: the line works in all cases. */
 static void test_udp(void)
 {
     static const peer_t peer = {.udp = true, .address = 1, .port = 2};
@@ -87,7 +87,7 @@ static void test_udp(void)
     REQUIRE(strstr(out, "no UDP") == NULL);
 }
 
-/* While the flash is written frames are matched as ever, and the line is served. */
+/* While the flash is written, frames are matched and the line is served. */
 static void test_update(void)
 {
     static uint8_t firmware[5000];
@@ -98,7 +98,7 @@ static void test_update(void)
     REQUIRE(app.session.update == NULL);
     REQUIRE_TYPE("info\r", "flash: none\r\n");
     fake_flash_reset();
-    fake_flash.busy_looks = 50;
+    fake_flash.busy_polls = 50;
     boot();
     REQUIRE(app.session.update == &app.update && app.pool.max_pixels < pixels);
     REQUIRE(app.pool.frame[0].memory >= app.update.image + app.flash.image_bytes);
@@ -107,17 +107,19 @@ static void test_update(void)
     memcpy(firmware + sizeof(firmware) - sizeof(firmware_tag), &firmware_tag, sizeof(firmware_tag));
     REQUIRE(update_begin(&app.update, sizeof(firmware), crc32_update(0, firmware, sizeof(firmware))) == STATUS_OK);
     for (uint32_t offset = 0; offset < sizeof(firmware); offset += 1024) {
-        REQUIRE(update_store(&app.update, offset, firmware + offset, update_chunk_length(&app.update, offset)) == STATUS_OK);
+        uint32_t length = update_chunk_length(&app.update, offset);
+
+        REQUIRE(update_store(&app.update, offset, firmware + offset, length) == STATUS_OK);
     }
     REQUIRE(update_write(&app.update) == STATUS_OK);
-    for (uint32_t turns = 0; update_is_running(&app.update); turns++) {
-        REQUIRE(turns < 100000);
+    for (uint32_t polls = 0; update_is_running(&app.update); polls++) {
+        REQUIRE(polls < 100000);
         if (frame_pool_next(&app.pool) == NULL && frame_pool_matching(&app.pool) == NULL) {
             for (unsigned slot = 0; slot < FRAME_POOL_SLOTS; slot++) {
                 matched += app.pool.frame[slot].state == FRAME_DONE;
                 (void)frame_release(&app.pool.frame[slot]);
             }
-            load_frame(turns);
+            load_frame(polls);
         }
         answers += strstr(type("\r"), "litestereo> ") != NULL;
     }
@@ -126,7 +128,7 @@ static void test_update(void)
     fake_flash.present = false;
 }
 
-/* The reply to RESTART has a tenth of a second to leave. */
+/* The reply to RESTART has a tenth of a second to be sent. */
 static void test_restart(void)
 {
     uint64_t begin;

@@ -23,10 +23,10 @@ static const peer_t alice = {.udp = true, .address = 0xc0a80164, .port = 5000};
 
 static uint32_t token, sequence;
 static uint8_t  pairs[SIZE];
-static uint8_t  answer[PROTOCOL_MESSAGE_MAX];  /* The last reply that is no part of a map. */
-static uint8_t  map[SIZE];                     /* Of parts that came by themselves, of the last STREAM. */
+static uint8_t  answer[PROTOCOL_MESSAGE_MAX];  /* The last reply that is not a part of a map. */
+static uint8_t  map[SIZE];                     /* From parts sent without a READ, of the last STREAM. */
 static uint32_t parts, streamed_by;            /* Number of them, and their sequence. */
-static bool     wire_full;                     /* No part leaves. */
+static bool     wire_full;                     /* No part is sent. */
 
 static bool take(const peer_t *peer, const uint8_t *bytes, size_t length)
 {
@@ -58,18 +58,18 @@ static void post(uint8_t type, uint32_t frame_id, uint32_t offset, const void *p
     fake_frame_link_receive(&alice, bytes, message_build(&message, bytes));
 }
 
-static void run(unsigned turns)
+static void poll_app(unsigned count)
 {
-    for (unsigned i = 0; i < turns; i++) {
+    for (unsigned i = 0; i < count; i++) {
         app_poll(&app);
     }
 }
 
-/* Payload of the reply to a request, which is no error. */
+/* Payload of the reply to a request, which must not be an error. */
 static const uint8_t *ask(uint8_t type, uint32_t frame_id, const void *payload, uint32_t length)
 {
     post(type, frame_id, 0, payload, length);
-    run(2);
+    poll_app(2);
     REQUIRE(answer[HEADER_TYPE] == (type | PROTOCOL_REPLY_BIT) && get_u32(answer + HEADER_SEQUENCE) == sequence);
     return answer + PROTOCOL_HEADER_SIZE;
 }
@@ -104,7 +104,7 @@ static frame_t *stream(uint32_t frame_id)
     return frame;
 }
 
-/* Sends all pairs from an offset on, and makes what the map has to be. */
+/* Sends all pairs from an offset on, and computes the expected map. */
 static void feed(const frame_t *frame, uint32_t from)
 {
     streamed_by = frame->sequence;
@@ -122,7 +122,7 @@ static void feed(const frame_t *frame, uint32_t from)
 
 static void require_map(const frame_t *frame)
 {
-    run(30);
+    poll_app(30);
     REQUIRE(frame->state == FRAME_DONE && frame->result.clocks == PIXELS);
     REQUIRE(parts == PARTS && memcmp(map, frame_map(frame), SIZE) == 0);
 }
@@ -135,7 +135,7 @@ static void test_frames(void)
     REQUIRE_TYPE("info\r", "streaming: yes\r\n");
     one = stream(1);
     two = stream(2);
-    run(10);
+    poll_app(10);
     REQUIRE(one->state == FRAME_MATCHING && two->state == FRAME_READY);
     feed(one, 0);
     require_map(one);
@@ -155,11 +155,11 @@ static void test_none(void)
     REQUIRE_TYPE("info\r", "streaming: no\r\n");
     REQUIRE(app.matcher.stream == NULL);
     post(TYPE_STREAM, 1, 0, size, 4);
-    run(2);
+    poll_app(2);
     REQUIRE(answer[HEADER_TYPE] == TYPE_ERROR && get_u16(answer + PROTOCOL_HEADER_SIZE) == ERROR_TYPE);
 }
 
-/* A stored frame between two streamed ones is read from memory, as ever. */
+/* A stored frame between two streamed ones is read from memory. */
 static void test_mixed(void)
 {
     frame_t *first, *stored, *last;
@@ -177,13 +177,13 @@ static void test_mixed(void)
     REQUIRE(frame_fill(stored) == STATUS_OK && frame_pool_start(&app.pool, stored) == STATUS_OK);
     last = stream(2);
     require_map(first);
-    run(30);
+    poll_app(30);
     REQUIRE(stored->state == FRAME_DONE && memcmp(frame_map(stored), map, SIZE) == 0);
     feed(last, 0);
     require_map(last);
 }
 
-/* Pairs that do not come: five seconds after the last that did, to the clock of the look. */
+/* Missing pairs: a timeout five seconds after the last pairs, exact to a poll. */
 static void test_no_pairs(void)
 {
     frame_t *frame, *next;
@@ -192,31 +192,31 @@ static void test_no_pairs(void)
     start();
     frame = stream(1);
     next  = stream(2);
-    run(10);
+    poll_app(10);
     now  += PAIRS_S - 10000;
-    run(1);
-    feed(frame, PROTOCOL_CHUNK_SIZE);  /* Pairs that are not wanted are none. */
+    poll_app(1);
+    feed(frame, PROTOCOL_CHUNK_SIZE);  /* Pairs at another offset do not count. */
     REQUIRE(frame->state == FRAME_MATCHING);
     post(TYPE_PAIRS, 1, 0, pairs, PROTOCOL_CHUNK_SIZE);
-    run(1);
+    poll_app(1);
     begin = now;
     now  += PAIRS_S - 10000;
-    run(1);
+    poll_app(1);
     REQUIRE(frame->state == FRAME_MATCHING && fake_stream_offset() == PROTOCOL_CHUNK_SIZE);
     while (frame->state == FRAME_MATCHING) {
-        run(1);
+        poll_app(1);
     }
     REQUIRE(frame->state == FRAME_FAILED && frame->result.error == ERROR_TIMEOUT);
     REQUIRE(frame->result.detail > PAIRS_S && now - begin < PAIRS_S + 10000);
     REQUIRE(app.counters.value[COUNTER_FRAMES_FAILED] == 1 && app.stereo.statistics.timeouts == 1);
-    /* The next one is not held up, and has its own time. */
-    run(5);
+    /* The next frame is not delayed, and has its full time. */
+    poll_app(5);
     REQUIRE(next->state == FRAME_MATCHING);
     feed(next, 0);
     require_map(next);
 }
 
-/* After the last pair a frame has as long as any other. */
+/* After the last pair a frame has the same budget as any other. */
 static void test_hanging_matcher(void)
 {
     frame_t *frame;
@@ -224,14 +224,14 @@ static void test_hanging_matcher(void)
     start();
     frame            = stream(1);
     fake_stereo.hang = true;
-    run(5);
+    poll_app(5);
     feed(frame, 0);
-    run(5);
+    poll_app(5);
     now += 100000 + 16 * PIXELS - 10000;
-    run(1);
+    poll_app(1);
     REQUIRE(frame->state == FRAME_MATCHING);
     now += 10000;
-    run(2);
+    poll_app(2);
     REQUIRE(frame->state == FRAME_FAILED && frame->result.error == ERROR_TIMEOUT);
     REQUIRE(fake_stream_status() == 0);
 }
@@ -244,27 +244,27 @@ static void test_bus_error(void)
     frame                 = stream(1);
     fake_stereo.bus_error = true;
     wire_full             = true;
-    run(5);
+    poll_app(5);
     feed(frame, 0);
-    run(50);
+    poll_app(50);
     REQUIRE(frame->state == FRAME_FAILED && frame->result.error == ERROR_MATCHER && frame->result.detail == 2);
-    /* What was not sent is thrown away. */
+    /* Unsent parts are dropped. */
     REQUIRE(fake_stream_status() == 0);
 }
 
-/* A release in mid-frame stops the matcher, and nothing of the frame is taken any more. */
+/* A release in mid-frame stops the matcher, and no more pairs of the frame are accepted. */
 static void test_release(void)
 {
     frame_t *frame;
 
     start();
     frame = stream(1);
-    run(5);
+    poll_app(5);
     feed(frame, 0);
-    run(1);
+    poll_app(1);
     feed(stream(2), 0);
     ask(TYPE_RELEASE, 1, NULL, 0);
-    run(5);
+    poll_app(5);
     frame = stream(2);
     REQUIRE(frame->state == FRAME_MATCHING && fake_stream_offset() == 0);
     post(TYPE_PAIRS, 1, 0, pairs, PROTOCOL_CHUNK_SIZE);
@@ -273,7 +273,7 @@ static void test_release(void)
     require_map(frame);
 }
 
-/* Parts that do not leave hold the next frame up, but not for more than a second; a release ends them at once. */
+/* Unsent parts delay the next frame, but for a second at most; a release drops them at once. */
 static void test_full_wire(void)
 {
     frame_t *one, *two;
@@ -282,28 +282,28 @@ static void test_full_wire(void)
     one       = stream(1);
     two       = stream(2);
     wire_full = true;
-    run(5);
+    poll_app(5);
     feed(one, 0);
-    run(50);
+    poll_app(50);
     REQUIRE(one->state == FRAME_DONE && two->state == FRAME_READY && fake_stream_status() == 2);
     now += 900000;
-    run(1);
+    poll_app(1);
     REQUIRE(two->state == FRAME_READY);
     now += 100000;
-    run(2);
+    poll_app(2);
     REQUIRE(two->state == FRAME_MATCHING && fake_stream_status() == 1);
     feed(two, 0);
-    run(50);
+    poll_app(50);
     REQUIRE(two->state == FRAME_DONE && fake_stream_status() == 2);
     one = stream(3);
-    run(5);
+    poll_app(5);
     REQUIRE(one->state == FRAME_READY);
     ask(TYPE_RELEASE, 2, NULL, 0);
-    run(5);
+    poll_app(5);
     REQUIRE(one->state == FRAME_MATCHING && fake_stream_status() == 1);
 }
 
-/* Gateware that never lets go of a frame costs those behind it, one by one, and not the device. */
+/* Gateware that never finishes a frame costs the frames queued after it, one by one, but not the device. */
 static void test_stuck_way(void)
 {
     frame_t *one, *two;
@@ -312,20 +312,20 @@ static void test_stuck_way(void)
     one       = stream(1);
     two       = stream(2);
     wire_full = true;
-    run(5);
+    poll_app(5);
     feed(one, 0);
-    run(50);
+    poll_app(50);
     REQUIRE(one->state == FRAME_DONE && two->state == FRAME_READY);
     fake_frame_link.hang = true;
-    run(2);
+    poll_app(2);
     now += 1000001;
-    run(3);
+    poll_app(3);
     REQUIRE(two->state == FRAME_FAILED && two->result.error == ERROR_TIMEOUT);
     fake_frame_link.hang = false;
     wire_full            = false;
-    run(5);
+    poll_app(5);
     one = stream(3);
-    run(5);
+    poll_app(5);
     feed(one, 0);
     require_map(one);
 }

@@ -9,7 +9,7 @@
 #include "app_fixture.h"
 #include "lib/bytes.h"
 
-/* A length of payload that suits the request, most of the time. */
+/* A length of payload that mostly suits the request. */
 static uint32_t likely_length(const message_t *message, unsigned *random)
 {
     const frame_t *frame = frame_pool_find(&app.pool, FRAME_OWNER_LINK, message->frame_id);
@@ -29,8 +29,8 @@ static uint32_t likely_length(const message_t *message, unsigned *random)
     }
 }
 
-/* Bytes as an unlucky line would deliver them: noise, pieces of frames, and frames with a byte changed. The valid
- * ones open, load and start frames, so the noise meets a device that is at work. */
+/* Bytes as a bad line delivers them: noise, pieces of frames, and frames with a changed byte. The valid
+ * frames open, load and start frames of pixels, so the noise meets a busy device. */
 static size_t make_noise(unsigned *random, uint8_t *bytes)
 {
     static const uint8_t types[] = {TYPE_CONFIGURE, TYPE_OPEN, TYPE_OPEN, TYPE_UPLOAD, TYPE_UPLOAD, TYPE_UPLOAD,
@@ -91,14 +91,14 @@ static void test_flood(unsigned seed)
             app_poll(&app);
         }
     }
-    /* Nothing was left out: every counter that the noise can reach has moved. Those behind are of UDP. */
+    /* The test is complete: every counter that the noise can reach has changed. The counters after them are UDP's. */
     for (unsigned counter = 0; counter < COUNTER_SESSIONS_REFUSED; counter++) {
         if (app.counters.value[counter] == 0) {
             fprintf(stderr, "%s has not moved\n", counter_name(counter));
         }
         REQUIRE(app.counters.value[counter] > 0);
     }
-    /* And it is still there. */
+    /* And the device still answers. */
     fake_stereo.hang = fake_stereo.bus_error = false;
     now += 2000000;
     app_poll(&app);

@@ -4,7 +4,8 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-/* Which maps get to the screen: whole ones, the newest, each once; no frame is held up, and none that is gone is shown. */
+/* Which maps the screen shows: the newest, complete, each once; no frame is delayed, and no overwritten map is
+ * shown. */
 
 #include "app/map_view.h"
 
@@ -15,10 +16,10 @@
 #include "litestereo/platform.h"
 #include "require.h"
 
-/* As large as the screen, for a picture to take as many turns as it can. */
+/* As large as the screen, so that a picture takes as many polls as possible. */
 enum { WIDTH = VIDEO_FRAMEBUFFER_HRES, HEIGHT = VIDEO_FRAMEBUFFER_VRES, SLOTS = 3 };
-/* Of it in a turn: see map_view.c. */
-enum { ROWS_PER_TURN = 640 / WIDTH, TURNS = (HEIGHT + ROWS_PER_TURN - 1) / ROWS_PER_TURN };
+/* Rows per poll: see map_view.c. */
+enum { ROWS_PER_TURN = 640 / WIDTH, POLLS = (HEIGHT + ROWS_PER_TURN - 1) / ROWS_PER_TURN };
 
 static _Alignas(64) uint8_t memory[SLOTS * 65536];
 static _Alignas(64) uint8_t pictures[2 * WIDTH * HEIGHT];
@@ -50,7 +51,7 @@ static frame_t *open_frame(uint32_t id, uint16_t width)
     return open_frame_of(id, width, HEIGHT);
 }
 
-/* Has a frame matched, all of whose pixels have that grey value; with error ERROR_NONE it is done. */
+/* Finishes a frame whose pixels all have this grey value; with ERROR_NONE it is DONE. */
 static void match(frame_t *frame, uint8_t grey, uint16_t error)
 {
     REQUIRE(frame_fill(frame) == STATUS_OK && frame_pool_start(&pool, frame) == STATUS_OK);
@@ -78,9 +79,9 @@ static void require_shown(uint8_t grey)
     }
 }
 
-static void poll(unsigned turns)
+static void poll(unsigned polls)
 {
-    while (turns-- > 0) {
+    while (polls-- > 0) {
         map_view_poll(&view);
     }
 }
@@ -91,18 +92,18 @@ static void test_a_frame(void)
     poll(3);
     REQUIRE(fake_screen.shows == 0);
     make(1, 200);
-    poll(TURNS - 1);
+    poll(POLLS - 1);
     REQUIRE(fake_screen.shows == 0);
     require_shown(0);
     poll(1);
     REQUIRE(fake_screen.shows == 1);
     require_shown(200);
     /* Once. */
-    poll(3 * TURNS);
+    poll(3 * POLLS);
     REQUIRE(fake_screen.shows == 1);
 }
 
-/* A turn may end in front of the last row, which is black here: a picture is shown with it, not before. */
+/* A poll may end before the last row, which is black here: a picture is shown after it, not before. */
 static void test_last_row(void)
 {
     enum { ROWS = 38 };  /* Of the map: five black rows, which count a quarter, on either side. */
@@ -110,12 +111,12 @@ static void test_last_row(void)
     set_up();
     for (uint8_t grey = 100; grey < 102; grey++) {
         make(grey, grey);
-        poll(TURNS);
+        poll(POLLS);
     }
     REQUIRE(frame_release(frame_pool_find(&pool, FRAME_OWNER_LINK, 100)) == STATUS_OK);
     match(open_frame_of(1, WIDTH, ROWS), 200, ERROR_NONE);
-    for (int turns = 0; fake_screen.shows == 2; turns++) {
-        REQUIRE(turns < TURNS);
+    for (int polls = 0; fake_screen.shows == 2; polls++) {
+        REQUIRE(polls < POLLS);
         poll(1);
     }
     for (unsigned row = 0; row < HEIGHT; row++) {
@@ -132,12 +133,12 @@ static void test_the_newest(void)
     poll(1);
     REQUIRE(frame_release(frame_pool_find(&pool, FRAME_OWNER_LINK, 1)) == STATUS_OK);
     make(4, 40);
-    /* What has been begun comes to its end, then the newest, and the older ones never. */
-    poll(TURNS - 1);
+    /* The map that was begun is finished, then the newest is drawn, and the ones between never. */
+    poll(POLLS - 1);
     require_shown(30);
-    poll(TURNS);
+    poll(POLLS);
     require_shown(40);
-    poll(3 * TURNS);
+    poll(3 * POLLS);
     REQUIRE(fake_screen.shows == 2);
     require_shown(40);
 }
@@ -151,7 +152,7 @@ static void test_wrap(void)
     for (uint8_t i = 1; i < 6; i++) {
         frame_t *frame = make(i, i);
 
-        poll(TURNS);
+        poll(POLLS);
         require_shown(i);
         REQUIRE(frame_release(frame) == STATUS_OK);
     }
@@ -162,7 +163,7 @@ static void test_failed(void)
 {
     set_up();
     match(open_frame(1, WIDTH), 100, ERROR_MATCHER);
-    poll(2 * TURNS);
+    poll(2 * POLLS);
     REQUIRE(fake_screen.shows == 0);
 }
 
@@ -179,12 +180,12 @@ static void test_released(void)
     REQUIRE(open_frame(2, WIDTH) == frame);
     frame->settings.disparities = 64;
     memset(frame_left(frame), 0xff, 2 * frame->pitch);
-    poll(TURNS - 2);
+    poll(POLLS - 2);
     REQUIRE(fake_screen.shows == 1);
     require_shown(100);
 }
 
-/* Not when the matcher may write to it, or when other images take its place. */
+/* Not if the matcher may write to it, or if other images overwrite it. */
 static void test_gone(void)
 {
     frame_t *frame;
@@ -194,18 +195,18 @@ static void test_gone(void)
     poll(1);
     REQUIRE(frame_release(frame) == STATUS_OK && open_frame(2, WIDTH) == frame);
     REQUIRE(frame_fill(frame) == STATUS_OK && frame_pool_start(&pool, frame) == STATUS_OK);
-    poll(2 * TURNS);
+    poll(2 * POLLS);
     REQUIRE(fake_screen.shows == 0);
     REQUIRE(frame_pool_begin(&pool, frame) == STATUS_OK);
     REQUIRE(frame_finish(frame, &(frame_result_t){0}) == STATUS_OK);
-    poll(TURNS);
+    poll(POLLS);
     REQUIRE(fake_screen.shows == 1);
 
     make(3, 50);
     frame = frame_pool_find(&pool, FRAME_OWNER_LINK, 3);
     poll(1);
     REQUIRE(frame_release(frame) == STATUS_OK && open_frame(4, 2 * WIDTH) == frame);
-    poll(2 * TURNS);
+    poll(2 * POLLS);
     REQUIRE(fake_screen.shows == 1);
     require_shown(100);
 }
@@ -215,7 +216,7 @@ static void test_no_screen(void)
     set_up();
     screen.width = 0;
     make(1, 100);
-    poll(2 * TURNS);
+    poll(2 * POLLS);
     REQUIRE(fake_screen.shows == 0 && view.frame == NULL);
 }
 

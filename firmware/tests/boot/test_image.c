@@ -4,7 +4,7 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-/* The boot program's way to the flash, against a flash in software behind the pins: images good, damaged and missing. */
+/* The boot program against a flash in software: good, damaged and missing images. */
 
 #include "boot/image.h"
 
@@ -42,7 +42,7 @@ static void test_refused(void)
 {
     uint8_t memory[FIRMWARE_BYTES];
 
-    /* Longer than there is room: nothing is copied. */
+    /* Too long: nothing is copied. */
     put_image(0, 2);
     memset(memory, 7, sizeof(memory));
     REQUIRE(image_load(0, memory, FIRMWARE_BYTES - 1) == 0);
@@ -53,7 +53,7 @@ static void test_refused(void)
     CONTENTS[500] ^= 1;
     CONTENTS[4] ^= 1;
     REQUIRE(image_load(0, memory, FIRMWARE_BYTES) == 0);
-    /* An erased flash, and one that is not there. */
+    /* An erased flash, and a missing one. */
     memset(CONTENTS, 0xff, FAKE_FLASH_BYTES);
     REQUIRE(image_load(0, memory, FIRMWARE_BYTES) == 0);
     memset(CONTENTS, 0, FAKE_FLASH_BYTES);

@@ -4,7 +4,7 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-/* The flash's driver against a flash in software behind the pins. */
+/* The flash's driver against a flash in software. */
 
 #include "litestereo/flash.h"
 
@@ -23,8 +23,8 @@ static status_t settle(void)
 {
     status_t status;
 
-    for (int looks = 0; (status = flash_poll(&flash, flash.began)) == STATUS_BUSY; looks++) {
-        REQUIRE(looks < 100);
+    for (int polls = 0; (status = flash_poll(&flash, flash.began)) == STATUS_BUSY; polls++) {
+        REQUIRE(polls < 100);
     }
     return status;
 }
@@ -59,7 +59,7 @@ static void test_erase(void)
     memset(fake_flash.contents, 0x55, FAKE_FLASH_BYTES);
     REQUIRE(flash_begin_erase(&flash, FIRST + 4096, 0) == STATUS_OK);
     REQUIRE(flash_poll(&flash, 0) == STATUS_BUSY);
-    /* It takes no other command meanwhile, and the driver gives it none. */
+    /* It accepts no other command until then, and the driver sends none. */
     REQUIRE(flash_begin_erase(&flash, FIRST, 0) == STATUS_BUSY);
     REQUIRE(settle() == STATUS_OK && !fake_flash_in_use() && fake_flash.operations == 1);
     for (uint32_t i = 0; i < FAKE_FLASH_BYTES; i++) {
@@ -81,12 +81,12 @@ static void test_program(void)
     REQUIRE(flash_begin_program(&flash, FIRST + 256 + 40, bytes, 3, 0) == STATUS_OK && settle() == STATUS_OK);
     flash_read(FIRST + 256 + 38, read, 6);
     REQUIRE(memcmp(read, "\xff\xff\x01\x08\x0f\xff", 6) == 0);
-    /* Ones do not come back by programming. */
+    /* Programming does not set bits. */
     REQUIRE(flash_begin_program(&flash, FIRST + 256 + 40, (const uint8_t *)"\xf0", 1, 0) == STATUS_OK);
     REQUIRE(settle() == STATUS_OK && fake_flash.contents[FIRST + 256 + 40] == 0x00);
 }
 
-/* Nothing outside of the images is written, as it may be the bitstream; nothing that does not fit its page either. */
+/* Nothing outside of the images is written, as it may be the bitstream, nor anything that crosses a page. */
 static void test_bounds(void)
 {
     uint8_t bytes[512] = {0};

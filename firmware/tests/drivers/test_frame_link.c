@@ -20,7 +20,7 @@
 #define STREAM_OPEN    1u
 #define STREAM_SENDING 2u
 #define SLOTS     3u
-#define STEP      10u  /* Clocks from one look at the clock to the next. */
+#define STEP      10u  /* Clocks from one call of clock_now() to the next. */
 #define PATIENCE  100000u
 
 static _Alignas(FRAME_LINK_MAX_ALIGNMENT) uint8_t mailbox[FRAME_LINK_MAILBOX_SIZE];
@@ -139,7 +139,7 @@ static void test_bad_arguments(void)
     bad.length = 0;
     REQUIRE(frame_link_send_burst(&link, &peer, &bad) == STATUS_BAD_ARGUMENT);
     REQUIRE(frame_link_abort_burst(NULL) == STATUS_BAD_ARGUMENT);
-    /* Nothing was looked at, so there is nothing to give back. */
+    /* No message was peeked at, so there is none to drop. */
     frame_link_drop(&link);
     expect_read("mailbox_produced", 0);
     REQUIRE(frame_link_peek(&link, &received) == STATUS_IDLE);
@@ -179,7 +179,7 @@ static void test_init(void)
     }
 }
 
-/* What goes on when the firmware starts comes to rest before messages are let in. */
+/* At the start of the firmware the gateware is stopped before it may receive messages. */
 static void test_init_waits(void)
 {
     expect_capabilities(&usual);
@@ -200,7 +200,7 @@ static void test_init_waits(void)
     require_all_done();
 }
 
-/* Expects reads of a register that never changes, as many as there is patience for; time flies, so they are few. */
+/* Expects reads of a register that never changes, until the timeout; the clock advances fast, so they are few. */
 static void expect_patience(const char *name, uint32_t value)
 {
     mock_clock_step = PATIENCE / 2;
@@ -282,7 +282,7 @@ static void test_open(void)
         REQUIRE(frame_link_open_slot(&link, slot, 0x87654321, address(0x40010000), 48 * 1024) == STATUS_OK);
         require_all_done();
     }
-    /* Not before the one before is through, and not done before this one is. */
+    /* Waits until the previous slot is ready, and until this one is. */
     expect_read("slot_status", CLEARING);
     expect_read("slot_status", CLEARING | WRITING);
     expect_read("slot_status", 0);
@@ -365,7 +365,7 @@ static void require_mail(unsigned entry, size_t length)
     require_all_done();
 }
 
-/* Messages come out in their order; memory is looked at once for all that have come, and again for what comes later. */
+/* Messages come out in order; caches are flushed once for all that have arrived, and again for later ones. */
 static void test_mailbox(void)
 {
     frame_link_message_t received;
@@ -399,14 +399,14 @@ static void test_mailbox(void)
     expect_read("mailbox_produced", 1);
     REQUIRE(frame_link_peek(&link, &received) == STATUS_IDLE);
     require_all_done();
-    /* A length that no entry holds is not believed. */
+    /* A length beyond the entry is limited. */
     put_mail(1, 0xffff);
     expect_read("mailbox_produced", 2);
     expect_call("memory_from_device");
     require_mail(1, FRAME_LINK_ENTRY_SIZE - 8);
 }
 
-/* A mailbox of fewer entries begins again sooner. */
+/* A mailbox of fewer entries wraps around sooner. */
 static void test_small_mailbox(void)
 {
     built_t built = usual;
@@ -439,7 +439,7 @@ static void expect_message(const message_t *message, uint32_t how)
     expect_write("send_control", how);
 }
 
-/* Replies and runs do not wait for each other, and neither is started while one of its kind is busy. */
+/* Replies and bursts do not wait for each other, and neither starts while one of its kind is busy. */
 static void test_send(void)
 {
     message_t message = {

@@ -4,7 +4,7 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-/* The driver of the way of streamed frames, register by register. */
+/* The driver's part for streamed frames, register by register. */
 
 #include "drivers/frame_link.h"
 #include "mock_csr.h"
@@ -36,7 +36,7 @@ static void test_bad_arguments(void)
     require_all_done();
 }
 
-/* Not before the one before has all of its pairs, and has sent all of its map. */
+/* Busy until the previous frame has all its pairs, and has sent all of its map. */
 static void test_open(void)
 {
     static const uint32_t busy[] = {OPEN, SENDING, OPEN | SENDING};
@@ -84,10 +84,10 @@ static void test_close(void)
     expect_read("stream_status", 0);
     REQUIRE(frame_link_close_stream(&link) == STATUS_OK);
     require_all_done();
-    /* The wait is bounded; time flies, so there are few looks. */
+    /* The wait is bounded; the clock advances fast, so there are few polls. */
     mock_clock_step = PATIENCE / 2;
     expect_write("stream_control", 2);
-    for (unsigned look = 0; look < 3; look++) {
+    for (unsigned poll = 0; poll < 3; poll++) {
         expect_read("stream_status", SENDING);
     }
     REQUIRE(frame_link_close_stream(&link) == STATUS_TIMEOUT);

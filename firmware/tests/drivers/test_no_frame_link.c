@@ -27,7 +27,7 @@ int main(void)
     REQUIRE(frame_link_init(&link, mailbox) == STATUS_UNSUPPORTED && link.capabilities.version == 0);
     require_all_done();
 
-    /* And if it is used all the same, nothing waits and nothing happens. */
+    /* If it is used all the same, nothing waits and nothing happens. */
     link.capabilities.slots      = 1;
     link.capabilities.alignment  = 4;
     link.capabilities.max_chunks = 32;

@@ -58,7 +58,7 @@ static void test_begin(void)
     REQUIRE(report.cause == RESET_POWER_UP && report.resets == 0 && report.line == 0 && report.place == 0);
     report = begin(0x004d0203, 0x40001234, 0x0301);
     REQUIRE(report.cause == RESET_WATCHDOG && report.resets == 3 && report.line == 77 && report.place == 0x40001234);
-    /* The count stands still at its end. */
+    /* The count saturates. */
     report = begin(0xffffff04, 1, 0xff01);
     REQUIRE(report.cause == RESET_ENSURE && report.resets == 255 && report.line == 0xffff);
     REQUIRE(strcmp(reset_cause_name(report.cause), "ensure") == 0);
@@ -66,7 +66,7 @@ static void test_begin(void)
     REQUIRE(strcmp(reset_cause_name((reset_cause_t)200), "?") == 0);
 }
 
-/* What is noted before a reset is what the next start reads. */
+/* The next start reads what was recorded before the reset. */
 static void test_now(void)
 {
     expect_read("cause", 0x0501);
@@ -94,13 +94,13 @@ static void test_watchdog(void)
     watchdog_feed();
     expect_write("control", 0);
     watchdog_pause();
-    /* While it is held, food does not start it. */
+    /* Feeding does not end a pause. */
     expect_read("control", 0);
     watchdog_feed();
     expect_read("cycles", 5000);
     expect_write("control", RUNS | 1);
     watchdog_resume();
-    /* Nor does the end of a pause if nobody has started it. */
+    /* The end of a pause does nothing if the watchdog was never started. */
     expect_read("cycles", 0);
     watchdog_resume();
     require_all_done();

@@ -4,7 +4,7 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-/* The driver of the screen: black at first, then two pictures in turn, and what is shown has left the caches. */
+/* The driver of the screen: black at first, then two pictures alternately, and a shown picture has left the caches. */
 
 #include "fake_screen.h"
 #include "generated/soc.h"
@@ -45,7 +45,7 @@ static void test_init(void)
 
     REQUIRE(screen_init(&screen, memory) == STATUS_OK);
     REQUIRE(screen.width == VIDEO_FRAMEBUFFER_HRES && screen.height == VIDEO_FRAMEBUFFER_VRES);
-    /* Off before its memory changes hands, and on again when that is black. */
+    /* Disabled before its memory changes, and enabled once that is black. */
     REQUIRE(fake_screen.off == 1 && fake_screen.enable == 1 && fake_screen.shows == 0);
     REQUIRE(fake_screen.base == (uint32_t)(uintptr_t)memory && flushes == 1);
     for (unsigned i = 0; i < sizeof(memory); i++) {
@@ -58,16 +58,16 @@ static void test_two_in_turn(void)
     screen_t screen;
 
     REQUIRE(screen_init(&screen, memory) == STATUS_OK);
-    for (unsigned turn = 0; turn < 5; turn++) {
+    for (unsigned round = 0; round < 5; round++) {
         uint32_t shown  = fake_screen.base;
         uint8_t *hidden = screen_hidden(&screen);
 
-        REQUIRE((uintptr_t)hidden != shown && hidden == memory + (turn % 2 == 0 ? PIXELS : 0));
-        hidden[PIXELS - 1] = (uint8_t)(turn + 1);
+        REQUIRE((uintptr_t)hidden != shown && hidden == memory + (round % 2 == 0 ? PIXELS : 0));
+        hidden[PIXELS - 1] = (uint8_t)(round + 1);
         flushes = 0;
         screen_show(&screen);
         REQUIRE(fake_screen.base == (uint32_t)(uintptr_t)hidden && flushes == 1 && base_at_flush == shown);
-        REQUIRE(shown_pixel(VIDEO_FRAMEBUFFER_HRES - 1, VIDEO_FRAMEBUFFER_VRES - 1) == turn + 1);
+        REQUIRE(shown_pixel(VIDEO_FRAMEBUFFER_HRES - 1, VIDEO_FRAMEBUFFER_VRES - 1) == round + 1);
         REQUIRE(fake_screen.off == 2);
     }
 }

@@ -13,7 +13,7 @@
 
 /* A UART whose receive FIFO is fed from a script, and whose transmit FIFO drains now and then. */
 static struct {
-    uint8_t  line[4096];    /* What is still to come. */
+    uint8_t  line[4096];    /* Bytes still to be received. */
     unsigned come, sent_in; /* Bytes taken by the firmware; bytes arrived in the FIFO. */
     unsigned total;
     uint8_t  out[4096];
@@ -96,7 +96,7 @@ static void test_receive(void)
     REQUIRE(serial_receive(&serial, bytes, 300) == 255 && memcmp(bytes, uart.line + 259, 255) == 0);
     arrive(256);
     REQUIRE(serial_receive(&serial, bytes, 300) == 256 && memcmp(bytes, uart.line + 514, 256) == 0);
-    /* A FIFO that is full holds more than there is room for: the rest stays in it. */
+    /* A full FIFO has more bytes than there is room for: the rest stays in it. */
     arrive(256);
     REQUIRE(serial_receive(&serial, bytes, 200) == 200 && memcmp(bytes, uart.line + 770, 200) == 0);
     arrive(256);
@@ -114,7 +114,7 @@ static void test_send(void)
     REQUIRE(uart.out_length == 1000 && memcmp(uart.out, uart.line, 1000) == 0);
 }
 
-/* What comes in while sending is kept, in order, up to what the backlog holds. */
+/* Bytes received while sending are kept in order, up to the size of the backlog. */
 static void test_backlog(void)
 {
     uint8_t out[200] = {0};
@@ -157,7 +157,7 @@ static void test_full_backlog(void)
     REQUIRE(memcmp(in, uart.line, SERIAL_BACKLOG_SIZE + 256) == 0);
 }
 
-/* A line that takes nothing costs one bounded wait, and comes back when it moves again. */
+/* A stalled line costs one bounded wait, and is used again when it moves. */
 static void test_dead_line(void)
 {
     uint8_t  out[64] = {0};
@@ -176,7 +176,7 @@ static void test_dead_line(void)
     REQUIRE(!serial.stalled && uart.out_length == UART_TX_FIFO_DEPTH + sizeof(out));
 }
 
-/* What is said before a reset is on the line when that comes, unless the line is dead. */
+/* Text before a reset is sent before the reset, unless the line is dead. */
 static void test_say(void)
 {
     unsigned accesses;
@@ -189,7 +189,7 @@ static void test_say(void)
     accesses  = uart.accesses;
     serial_say("said before the end, and longer than the FIFO");
     REQUIRE(uart.accesses - accesses < 500000 && uart.out_length == 45 + UART_TX_FIFO_DEPTH);
-    /* Nor does one that takes it all, and sends nothing of it. */
+    /* Nor does a line whose FIFO accepts everything but sends nothing. */
     set_up(0);
     uart.dead = true;
     serial_say("short");

@@ -22,7 +22,7 @@ static void test_init(void)
     };
 
     REQUIRE(stereo_init(NULL) == STATUS_BAD_ARGUMENT);
-    /* Registers that are older than the driver, or of another major version. */
+    /* Registers older than the driver supports, or of another major version. */
     for (size_t i = 0; i < sizeof(versions) / sizeof(versions[0]); i++) {
         expect_capabilities(versions[i], 640, 64, 21 << 8 | 5, 16);
         REQUIRE(stereo_init(&stereo) == STATUS_UNSUPPORTED);
@@ -38,7 +38,7 @@ static void test_init(void)
     REQUIRE(stereo.capabilities.limits.max_disparities == 64 && stereo.capabilities.limits.features == 0xff);
     REQUIRE(stereo.capabilities.limits.min_block_size == 5 && stereo.capabilities.limits.max_block_size == 21);
     REQUIRE(stereo.capabilities.dma_alignment == 16 && stereo.capabilities.max_height == 4095);
-    /* A matcher that runs when the firmware starts is stopped first. */
+    /* A matcher that is busy when the firmware starts is stopped first. */
     expect_capabilities(3, 640, 64, 21 << 8 | 5, 16);
     expect_read("status", BUSY);
     expect_write("control", 2);
@@ -100,7 +100,7 @@ static void test_check(void)
     REQUIRE(strcmp(stereo_field_name(STEREO_FIELD_BLOCK_SIZE), "block_size") == 0);
 }
 
-/* A stage that is not built is missed by the first setting that needs it. */
+/* A missing stage is reported for the first setting that needs it. */
 static void test_features(void)
 {
     static const struct {
@@ -139,7 +139,7 @@ static void test_features(void)
     job.settings        = stereo_settings_bare(&stereo.capabilities.limits);
     job.settings.xsobel = false;
     REQUIRE(stereo_check(&stereo, &job) == STEREO_FIELD_PREFILTER);
-    /* Neither prefilter nor none makes no sense. */
+    /* One of the two prefilter stages must exist. */
     features = 0xfc;
     expect_capabilities(3, 640, 64, 21 << 8 | 5, 16);
     REQUIRE(stereo_init(&stereo) == STATUS_UNSUPPORTED);
@@ -197,7 +197,7 @@ static void test_errors(void)
         require_all_done();
         REQUIRE(result.error == code && result.clocks == 0);
     }
-    /* The gateware still runs what the watchdog could not stop. */
+    /* The gateware still runs a job that could not be stopped. */
     set_up();
     expect_read("status", BUSY);
     REQUIRE(stereo_submit(&stereo, &job, 0) == STATUS_BUSY);
@@ -239,7 +239,7 @@ static void test_watchdog(void)
     require_all_done();
     REQUIRE(stereo.statistics.lost_interrupts == 2 && stereo.statistics.timeouts == 1);
 
-    /* A wait beyond what the result can hold is the longest that it can. */
+    /* A wait too long for the result saturates. */
     submit(0);
     expect_read("status", BUSY);
     expect_read("status", 0);
@@ -249,7 +249,7 @@ static void test_watchdog(void)
     require_all_done();
 }
 
-/* A job that waits for something else than memory is given another time, from when it is given on. */
+/* A job that waits for something other than memory is allowed another budget, from that moment on. */
 static void test_allow(void)
 {
     const uint64_t  budget = 100000 + 16 * 320 * 240;
@@ -282,7 +282,7 @@ static void test_abort(void)
     REQUIRE(stereo_abort(&stereo) == STATUS_OK);
     require_all_done();
 
-    /* One that does not stop is asked for a bounded time. */
+    /* If it does not stop, the wait is bounded. */
     submit(0);
     mock_clock      = 0;
     mock_clock_step = 30000;

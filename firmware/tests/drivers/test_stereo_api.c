@@ -4,7 +4,7 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-/* What programs of other people use of the driver beside submit and poll. */
+/* Functions of the driver for users' programs, apart from submit and poll. */
 
 #include <string.h>
 
@@ -25,7 +25,7 @@ static void test_sizes(void)
     REQUIRE(stereo_map_bytes(&stereo, &job.settings) == 33538064);
 }
 
-/* Every job is counted where its end belongs, and nowhere else. */
+/* Every job is counted once, by its end. */
 static void require_counts(uint32_t submitted, uint32_t done, uint32_t config, uint32_t bus, uint32_t aborted,
     uint32_t timeouts)
 {
@@ -78,7 +78,7 @@ static void test_statistics(void)
     expect_write("ev_pending", 3);
     REQUIRE(stereo_abort(&stereo) == STATUS_OK);
     require_counts(6, 2, 1, 1, 2, 0);
-    /* With nothing to cancel nothing is counted. */
+    /* An abort without a job counts nothing. */
     expect_read("status", 0);
     expect_write("ev_pending", 3);
     REQUIRE(stereo_abort(&stereo) == STATUS_OK);
@@ -92,7 +92,7 @@ static void test_statistics(void)
     require_all_done();
 }
 
-/* A job that neither ends nor stops: counted once as late and once as stuck. */
+/* A job that neither ends nor stops: counted once as a timeout and once as stuck. */
 static void test_stuck(void)
 {
     stereo_result_t result;

@@ -4,8 +4,8 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-/* Reads the picture's and the map's size, disparities and smallest disparity, a number each, and the map from standard input;
- * writes the picture to standard output. */
+/* Reads the sizes of picture and map, disparities and minimum disparity, a number each, and the map from standard
+ * input; writes the picture to standard output. */
 
 #include <stdlib.h>
 

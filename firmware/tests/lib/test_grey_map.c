@@ -4,7 +4,7 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-/* A map's rows in a picture: where they stand, and how bright they are. tests/firmware/test_grey_map.py has any sizes. */
+/* A map's rows in a picture: their places and their brightness. tests/firmware/test_grey_map.py has any sizes. */
 
 #include "litestereo/grey_map.h"
 
@@ -31,7 +31,7 @@ static void test_values(void)
     }
 }
 
-/* With a smallest disparity the invalid value may be above 0, and the largest is further away. */
+/* With a minimum disparity the invalid value may be above 0, and the largest disparity is greater. */
 static void test_smallest_disparity(void)
 {
     static const int16_t map[]    = {144, 160, 400, 145};

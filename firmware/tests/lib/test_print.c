@@ -44,7 +44,7 @@ int main(void)
     print(NULL, "%s", long_text);
     long_text[PRINT_MOST] = 0;
     require_sent(long_text);
-    /* What cannot be made into text is not sent in part. */
+    /* Nothing is sent of text that cannot be formatted. */
     print(NULL, "begun %lc\n", (wint_t)0x20ac);
     require_sent("");
     return 0;

@@ -36,7 +36,7 @@ static int falling(const void *a, const void *b)
     return *(const int16_t *)b - *(const int16_t *)a;
 }
 
-/* The `least`-th largest of what is valid in those columns, and the number of the valid ones. */
+/* The `least`-th largest valid value in these columns, and the number of valid ones. */
 static uint32_t expected(const int16_t *map, uint32_t first, uint32_t columns, uint32_t least, int16_t *nearest)
 {
     int16_t  values[WIDTH * HEIGHT];
@@ -77,7 +77,7 @@ static void test_against_sorting(void)
         for (unsigned i = 0; i < count; i++) {
             int16_t nearest;
 
-            /* Side by side, and together all columns that can have a disparity. */
+            /* Adjacent, and together all columns that can have a disparity. */
             REQUIRE(sectors[i].first == next && sectors[i].columns > 0);
             next += sectors[i].columns;
             REQUIRE(sectors[i].pixels == expected(map, sectors[i].first, sectors[i].columns, least, &nearest));
@@ -88,7 +88,7 @@ static void test_against_sorting(void)
     }
 }
 
-/* A few mismatches do not hide a wall, and are not taken for one. */
+/* A few mismatches neither hide a wall nor count as one. */
 static void test_outliers(void)
 {
     int16_t *map = new_map();

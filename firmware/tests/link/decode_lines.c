@@ -7,10 +7,10 @@
 /* Answers each line of the input by a line, bytes in hexadecimal:
  *
  *   encode BYTES   their COBS encoding
- *   decode BYTES   what they are the COBS encoding of
- *   parse BYTES    version, type, session, sequence, frame id, offset and payload of the message that they are
+ *   decode BYTES   the bytes of which they are the COBS encoding
+ *   parse BYTES    version, type, session, sequence, frame id, offset and payload of the message
  *
- * What is no encoding or no message is answered by "refused". A line ends with a dot, so that there may be no bytes. */
+ * The answer to anything else is "refused". A line ends with a dot, so that BYTES may be empty. */
 
 #include <string.h>
 

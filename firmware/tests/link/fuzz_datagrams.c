@@ -49,7 +49,7 @@ static uint32_t odd_number(unsigned *random)
     return one_in(random, 2) ? borders[next_random(random) % 10] : next_random(random) >> next_random(random) % 32;
 }
 
-/* Pairs of the frame that is being matched, most often the next ones. */
+/* Pairs of the frame being matched, mostly the next ones. */
 static void fill_pairs(unsigned *random, const session_t *session, message_t *message)
 {
     const frame_t *frame = frame_pool_matching(session->pool);
@@ -66,7 +66,7 @@ static void fill_pairs(unsigned *random, const session_t *session, message_t *me
     }
 }
 
-/* Fills in what a request of its type asks for; returns its payload in `payload` and the length in the message. */
+/* Fills in plausible arguments of a request; writes its payload to `payload` and the length to the message. */
 static void fill_request(unsigned *random, const session_t *session, message_t *message, uint8_t *payload)
 {
     const frame_t *frame = frame_pool_find(session->pool, FRAME_OWNER_LINK, message->frame_id);
@@ -131,9 +131,12 @@ static const uint8_t common[] = {
     TYPE_PAIRS, TYPE_PAIRS, TYPE_PAIRS,
 };
 static const uint8_t rare[]   = {
-    TYPE_RELEASE, TYPE_RELEASE, TYPE_RELEASE, TYPE_CONFIGURE, TYPE_UPDATE, TYPE_IMAGE, TYPE_IMAGE, TYPE_WRITE, TYPE_PROGRESS,
+    TYPE_RELEASE, TYPE_RELEASE, TYPE_RELEASE, TYPE_CONFIGURE, TYPE_UPDATE, TYPE_IMAGE, TYPE_IMAGE, TYPE_WRITE,
+    TYPE_PROGRESS,
 };
-static const uint8_t rarest[] = {TYPE_HELLO, TYPE_BYE, TYPE_STATISTICS, TYPE_RESTART, 0x13, 0x81, TYPE_UPLOAD | PROTOCOL_REPLY_BIT};
+static const uint8_t rarest[] = {
+    TYPE_HELLO, TYPE_BYE, TYPE_STATISTICS, TYPE_RESTART, 0x13, 0x81, TYPE_UPLOAD | PROTOCOL_REPLY_BIT,
+};
 
 static uint8_t choose_type(unsigned *random, const session_t *session)
 {
@@ -171,7 +174,7 @@ static void make_request(unsigned *random, const session_t *session, fuzz_datagr
     datagram->length = message_build(&message, datagram->bytes);
 }
 
-/* Makes a message of a damaged one whose checks all pass: only what it says is wrong. */
+/* Repairs the checks of a damaged message, so that only its contents are wrong. */
 static void seal(fuzz_datagram_t *datagram)
 {
     uint8_t *bytes = datagram->bytes;

@@ -4,7 +4,7 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-/* Datagrams as friends, strangers and a bad network send them. All of it follows from a seed. */
+/* Datagrams as the session's host, strangers and a bad network send them, drawn from a seed. */
 
 #ifndef FUZZ_DATAGRAMS_H
 #define FUZZ_DATAGRAMS_H
@@ -18,23 +18,23 @@
 /** Most bytes of a datagram. */
 #define FUZZ_MAX 1200u
 
-/** Frames that are talked about have ids from 1 to this. */
+/** Largest id of frames in the datagrams; ids begin at 1. */
 #define FUZZ_FRAMES 6u
 
-/** A datagram and who sends it. */
+/** A datagram and its sender. */
 typedef struct {
     peer_t  peer;
     uint8_t bytes[FUZZ_MAX];
     size_t  length;
 } fuzz_datagram_t;
 
-/** Makes the noise that chunks are cut from. */
+/** Prepares the noise from which chunks are taken. */
 void fuzz_prepare(unsigned *random);
 
-/** What every chunk of that frame and offset holds, of images or of pairs, PROTOCOL_CHUNK_SIZE bytes: a misplaced one is seen. */
+/** Contents of the chunk of images or pairs at this offset of this frame: PROTOCOL_CHUNK_SIZE distinct bytes. */
 const uint8_t *fuzz_chunk(uint32_t frame_id, uint32_t offset);
 
-/** Makes the next datagram, often one that does the session some good. */
+/** Draws the next datagram, often one that advances the session. */
 void fuzz_datagram(unsigned *random, const session_t *session, fuzz_datagram_t *datagram);
 
 #endif

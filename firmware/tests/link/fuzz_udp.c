@@ -8,8 +8,8 @@
  *
  *   fuzz_udp [seed] [count]
  *
- * Around every slot and the mailbox lies memory that nobody may touch. Every image of a frame that has started, all
- * pairs of one that is streamed, and every part of a map that goes out are compared with what they have to be. */
+ * Around every slot and the mailbox is memory that must not be touched. Every image of a frame that has started, all
+ * pairs of a streamed frame, and every part of a map that is sent are compared with the expected bytes. */
 
 #define _DEFAULT_SOURCE
 
@@ -53,15 +53,15 @@ static device_info_t info = {
 
 static _Alignas(8) uint8_t image[FLASH_IMAGE_BYTES];
 
-/* What is known of the frame in each slot. */
+/* The frame in each slot. */
 static struct {
-    bool    checked;       /**< Its images were, since it started. */
+    bool    checked;       /**< Its images have been compared since it started. */
     uint8_t map[MAP_MAX];  /**< Its map, once it is DONE. */
 } known[FRAME_POOL_SLOTS];
 
-static uint32_t parts;                     /* Parts of maps that went out. */
-static uint32_t live;                      /* Those of them that went by themselves. */
-static uint32_t images;                    /* Chunks of a firmware that were taken. */
+static uint32_t parts;                     /* Parts of maps that were sent. */
+static uint32_t live;                      /* Those of them that were sent without a READ. */
+static uint32_t images;                    /* Chunks of a firmware that were stored. */
 static uint32_t streamed;                  /* Streamed frames that were matched. */
 static uint32_t errors[ERROR_BUSY + 1];    /* Refusals by code. */
 
@@ -85,7 +85,7 @@ static uint8_t *gap(unsigned number)
     return number == 0 ? memory : mailbox() + FRAME_LINK_MAILBOX_SIZE + (number - 1) * (SLOT_SIZE + GAP);
 }
 
-/* The gaps are out of bounds for every access that the compiler knows of, and hold what would show the others. */
+/* The gaps are poisoned for instrumented accesses, and filled so that other writes show. */
 static void close_gaps(void)
 {
     for (unsigned number = 0; number < FRAME_POOL_SLOTS + 2; number++) {
@@ -105,7 +105,7 @@ static void check_gaps(void)
     close_gaps();
 }
 
-/* The images are those that were sent, at their places. */
+/* Requires that the images are those that were sent. */
 static void check_images(const frame_t *frame)
 {
     for (uint32_t chunk = 0; chunk < frame_chunks(frame); chunk++) {
@@ -152,7 +152,7 @@ static bool take_reply(const peer_t *peer, const uint8_t *bytes, size_t length)
     return true;
 }
 
-/* The matcher, as slow and unsteady as they come. */
+/* The matcher, slow and irregular. */
 
 static void fail(frame_t *frame, enum protocol_error error)
 {
@@ -177,7 +177,7 @@ static void begin(void)
     }
 }
 
-/* The pairs are those that were sent, in their order. */
+/* Requires that the pairs are those that were sent, in order. */
 static void check_pairs(const frame_t *frame)
 {
     const uint8_t *pairs = fake_stream_pairs();
@@ -220,7 +220,7 @@ static bool is_matching(void)
     return frame_pool_matching(&pool) != NULL;
 }
 
-/* Somebody on the serial line wants the device, too. */
+/* A host at the serial line sends requests, too. */
 static void ask_on_the_line(void)
 {
     static const peer_t line;
@@ -234,13 +234,13 @@ static void ask_on_the_line(void)
     session_handle(&session, ticks, &line, &request, &reply, payload);
 }
 
-static void turn(void)
+static void step(void)
 {
     clock_now();
     udp_link_poll(&udp, ticks);
     session_poll(&session, ticks);
     update_poll(&update, ticks);
-    /* The device is there again at once, with its memory as it was. */
+    /* The device restarts at once, with its memory unchanged. */
     session.restarting = session.restarting && !session_wants_restart(&session, ticks);
     check_frames(false);
 }
@@ -268,10 +268,10 @@ static void start(void)
     fuzz_prepare(&seed);
 }
 
-static void run(unsigned long count)
+static void fuzz(unsigned long count)
 {
     static fuzz_datagram_t datagram;
-    unsigned               asleep = 0, hanging = 0;  /* Datagrams for which the firmware, or gateware, does nothing. */
+    unsigned               asleep = 0, hanging = 0;  /* Datagrams during which firmware or gateware does nothing. */
 
     for (unsigned long number = 0; number < count; number++) {
         asleep  = asleep > 0 ? asleep - 1 : next_random(&seed) % 512 == 0 ? next_random(&seed) % 64 : 0;
@@ -280,7 +280,7 @@ static void run(unsigned long count)
         fuzz_datagram(&seed, &session, &datagram);
         fake_frame_link_receive(&datagram.peer, datagram.bytes, datagram.length);
         if (asleep == 0) {
-            turn();
+            step();
         }
         if (next_random(&seed) % 2 == 0) {
             match();
@@ -299,7 +299,7 @@ static void run(unsigned long count)
     check_gaps();
 }
 
-/* Nothing was left out: every counter that datagrams can reach has moved, and every refusal was met. */
+/* The test is complete: every counter that datagrams can reach has changed, and every refusal occurred. */
 static void require_depth(void)
 {
     static const uint8_t not_here[] = {
@@ -320,12 +320,12 @@ static void require_depth(void)
             exit(1);
         }
     }
-    /* Firmwares have come, and none of them was one. */
+    /* Firmwares were uploaded, and none of them was valid. */
     REQUIRE(images > 0 && fake_flash.operations == 0);
     REQUIRE(parts > live && live > 0 && streamed > 0);
 }
 
-/* And it is still there, for somebody new. */
+/* And the device still answers a new host. */
 static void require_life(void)
 {
     static const peer_t peer = {.udp = true, .address = 0x0a000001, .port = 1};
@@ -335,11 +335,11 @@ static void require_life(void)
 
     fake_frame_link.hang = false;
     for (int i = 0; i < 100; i++) {
-        turn();
+        step();
     }
     ticks += 6 * HZ;
     fake_frame_link_receive(&peer, bytes, message_build(&message, bytes));
-    turn();
+    step();
     REQUIRE(counters.value[COUNTER_SESSIONS] == sessions + 1 && peer_is(&session.peer, &peer));
     for (unsigned slot = 0; slot < FRAME_POOL_SLOTS; slot++) {
         REQUIRE(pool.frame[slot].state == FRAME_EMPTY);
@@ -356,7 +356,7 @@ int main(int argc, char **argv)
     seed += seed == 0;
     start();
     clock_gettime(CLOCK_MONOTONIC, &begin);
-    run(count);
+    fuzz(count);
     clock_gettime(CLOCK_MONOTONIC, &end);
     require_depth();
     require_life();

@@ -44,7 +44,7 @@ static void check_round_trip(size_t length)
             REQUIRE(got <= length - 1);
         }
     }
-    /* Every encoding that was cut short is found out, or stands for less than the data. */
+    /* Every truncated encoding is detected, or encodes less than the data. */
     for (size_t cut = 0; cut < n; cut++) {
         status_t status = decode_in_pieces(encoded, cut, MOST, MOST, &got);
 
@@ -75,19 +75,19 @@ static void test_edges(void)
 
 static void test_known_encodings(void)
 {
-    uint8_t run[255];
+    uint8_t block[255];
     size_t  got;
 
     REQUIRE(cobs_encode(data, 0, encoded) == 1 && encoded[0] == 1);
     REQUIRE(cobs_encode((const uint8_t[]){9, 0, 0, 8}, 4, encoded) == 5);
     REQUIRE(memcmp(encoded, (const uint8_t[]){2, 9, 1, 2, 8}, 5) == 0);
-    memset(run, 7, sizeof(run));
-    REQUIRE(cobs_encode(run, 254, encoded) == 255 && encoded[0] == 255 && encoded[254] == 7);
-    REQUIRE(cobs_encode(run, 255, encoded) == 257 && encoded[255] == 2);
-    run[254] = 0;
-    REQUIRE(cobs_encode(run, 255, encoded) == 257 && encoded[255] == 1 && encoded[256] == 1);
-    /* An empty block after a full one at the end is what other encoders write; it stands for nothing. */
-    REQUIRE(cobs_encode(run, 254, encoded) == 255);
+    memset(block, 7, sizeof(block));
+    REQUIRE(cobs_encode(block, 254, encoded) == 255 && encoded[0] == 255 && encoded[254] == 7);
+    REQUIRE(cobs_encode(block, 255, encoded) == 257 && encoded[255] == 2);
+    block[254] = 0;
+    REQUIRE(cobs_encode(block, 255, encoded) == 257 && encoded[255] == 1 && encoded[256] == 1);
+    /* Other encoders write an empty block after a full one at the end; it encodes nothing. */
+    REQUIRE(cobs_encode(block, 254, encoded) == 255);
     encoded[255] = 1;
     REQUIRE(decode_in_pieces(encoded, 256, 1, MOST, &got) == STATUS_OK && got == 254);
 }

@@ -26,7 +26,7 @@ static void set_up(size_t size, unsigned slots)
     REQUIRE(frame_pool_init(&pool, memory + GUARD, size, slots) == STATUS_OK);
 }
 
-/* A frame of its own pool, brought to a state along the way that frames take. */
+/* A frame in a new pool, brought to a state. */
 static frame_t *frame_in(frame_state_t state)
 {
     frame_t *frame = &pool.frame[0];
@@ -53,7 +53,7 @@ static frame_t *frame_in(frame_state_t state)
     return frame;
 }
 
-/* Chunks that others put in place count once; those that the frame does not have, never. */
+/* Chunks marked as received count once; those that the frame does not have, never. */
 static void test_note(void)
 {
     static const stereo_settings_t sizes[] = {
@@ -95,7 +95,7 @@ static void test_note(void)
     }
 }
 
-/* Each operation in each state: what it says, and that a refusal changes nothing. */
+/* Each operation in each state: its result, and that a refusal changes nothing. */
 static void test_transitions(void)
 {
     uint8_t chunk[PROTOCOL_CHUNK_SIZE] = {0};
@@ -177,7 +177,7 @@ static void test_order(void)
     REQUIRE(frame_pool_next(&pool) == NULL);
 }
 
-/* Loads a frame of `pixels` in a jumbled order and looks at every byte of the memory afterwards. */
+/* Loads a frame of `pixels` in a scrambled order, then checks every byte of the memory. */
 static void check_loading(uint32_t width, uint32_t height)
 {
     static uint8_t   image[2][1 << 16];
@@ -206,7 +206,7 @@ static void check_loading(uint32_t width, uint32_t height)
         REQUIRE(frame_write(frame, offset, image[offset / pitch] + start, length, &repeated) == STATUS_OK);
         REQUIRE(repeated == had);
     }
-    for (uint32_t chunk = 0; chunk < chunks; chunk++) {  /* Those that the stride of seven has left out. */
+    for (uint32_t chunk = 0; chunk < chunks; chunk++) {  /* Those that the stride of seven has skipped. */
         uint32_t start = chunk * 1024 % pitch;
 
         REQUIRE(frame_write(frame, chunk * 1024, image[chunk * 1024 / pitch] + start,
@@ -281,7 +281,7 @@ static void test_capacity(void)
     }
 }
 
-/* A streamed frame misses nothing and is in line at once, behind those before it; only a LOADING frame becomes one. */
+/* A streamed frame misses nothing and is queued at once, after earlier ones; only a LOADING frame becomes one. */
 static void test_stream(void)
 {
     frame_t *stored, *streamed;

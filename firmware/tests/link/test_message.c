@@ -28,7 +28,7 @@ static size_t build(uint32_t length)
     return message_build(&message, buffer);
 }
 
-/* Makes the CRC right again, so that only what is tested is wrong. */
+/* Recomputes the CRC, so that only the tested field is wrong. */
 static void seal(size_t length)
 {
     put_u32(buffer + length - 4, crc32_update(0, buffer, length - 4));
@@ -84,7 +84,7 @@ static void test_refusals(void)
     buffer[0] = 'M';
     seal(length);
     REQUIRE(message_parse(buffer, length, &message) == STATUS_HEADER);
-    /* No single bit may change without being noticed. */
+    /* A change of any single bit is detected. */
     for (size_t bit = 0; bit < 8 * length; bit++) {
         build(100);
         message.type = 0x55;

@@ -76,7 +76,7 @@ static void receive_text(const char *bytes)
     receive(bytes, strlen(bytes));
 }
 
-/* Replies on the line since the last look. */
+/* Replies on the line since the last call. */
 static unsigned replies(void)
 {
     uint8_t        buffer[PROTOCOL_MESSAGE_MAX];
@@ -152,7 +152,7 @@ static void test_delimiters(void)
     receive(frame, frame_length);
     REQUIRE(replies() == 2 && text_length == 0 && counters.value[COUNTER_FRAMING_ERRORS] == 0);
 
-    /* A stray delimiter within text takes the text for a frame, up to the next delimiter. */
+    /* After a stray delimiter text counts as a frame, up to the next delimiter. */
     start();
     receive("he\0lp\r", 6);
     receive(frame, frame_length);

@@ -48,7 +48,7 @@ static void test_hello_again(void)
     REQUIRE(ask(TYPE_STATISTICS, 0, 0, NULL, 0) == 0x89);
     hello(6);
     REQUIRE(token == first && counters.value[COUNTER_SESSIONS] == 2);
-    /* A copy that comes behind the end begins nothing. */
+    /* A copy after the end begins no session. */
     REQUIRE(ask(TYPE_BYE, 0, 0, NULL, 0) == 0x8a);
     hello(6);
     REQUIRE(token == first && counters.value[COUNTER_SESSIONS] == 2);
@@ -56,7 +56,7 @@ static void test_hello_again(void)
     require_error(ERROR_SESSION, 0);
     hello(7);
     REQUIRE(token != first && counters.value[COUNTER_SESSIONS] == 3);
-    /* A request of another session is none of this one. */
+    /* A request of another session is refused. */
     first = token;
     token = first + 1;
     ask(TYPE_STATISTICS, 0, 0, NULL, 0);
@@ -78,7 +78,7 @@ static void test_tokens_differ(void)
     }
 }
 
-/* A draw that comes out as the token before is drawn again. */
+/* A token equal to the previous one is drawn again. */
 static void test_token_is_not_the_one_before(void)
 {
     static const uint8_t nonce[4] = {1, 2, 3, 4};
@@ -115,7 +115,7 @@ static void test_hello_takes_over(void)
     REQUIRE(session.settings.disparities == 64 && session.settings.block_size == 9);
 }
 
-/* The slots of the console are none of the link's business. */
+/* The link does not touch the console's slots. */
 static void test_console_keeps_its_slot(void)
 {
     stereo_settings_t settings = {.width = 10, .height = 10};
@@ -183,7 +183,7 @@ static void test_version_and_type(void)
     REQUIRE(counters.value[COUNTER_HEADER_ERRORS] == 128);
 }
 
-/* Every type whose payload has a length of its own minds every other length. */
+/* Every type whose payload has a fixed length refuses every other length. */
 static void test_lengths(void)
 {
     static const struct {
@@ -253,7 +253,7 @@ static void test_configure(void)
     REQUIRE(session.settings.disparities == 32 && session.settings.block_size == 7);
 }
 
-/* Smallest and largest value of each of the other parameters, and cv2.StereoBM's default, which a session begins with. */
+/* Smallest and largest value of each other parameter, and cv2.StereoBM's default, with which a session begins. */
 static const struct {
     uint16_t parameter;
     int32_t  least, most, usual;
@@ -294,7 +294,8 @@ static void test_ranges(void)
     }
 }
 
-/* What is not built is refused by another code than what is out of range, and is off when a session begins. */
+/* A value that needs a missing stage gets another error than one out of range; the stage is off at the session's
+ * begin. */
 static void test_features(void)
 {
     device_info_t usual = device_info;
@@ -336,7 +337,7 @@ static void test_small_device(void)
     device_info.limits.max_block_size = 7;
     set_up();
     REQUIRE(session.settings.block_size == 7);
-    /* And one whose smallest block is larger than others'. */
+    /* And a device with a larger smallest block. */
     device_info.limits.min_block_size = 7;
     set_up();
     hello(1);
@@ -348,7 +349,7 @@ static void test_small_device(void)
     device_info = usual;
 }
 
-/* A name as long as its field has no zero behind it, and a longer one is cut. */
+/* A name as long as its field has no zero at the end, and a longer one is cut. */
 static void test_long_name(void)
 {
     device_info_t usual = device_info;

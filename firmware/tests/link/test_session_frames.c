@@ -75,7 +75,7 @@ static void test_open_copies_settings(void)
     REQUIRE(frame->settings.block_size == 15);
 }
 
-/* What each request on a frame says in each state, and that a repeated one does no harm. */
+/* The reply of each request in each state; repeating a request does no harm. */
 static void test_states(void)
 {
     for (frame_state_t state = FRAME_LOADING; state <= FRAME_FAILED; state++) {
@@ -128,7 +128,7 @@ static void test_unknown_frame(void)
     REQUIRE(ask(TYPE_RELEASE, 6, 0, NULL, 0) == 0x88);
 }
 
-/* Chunks of every wrong place and length, on a device with other frames open, write nothing at all. */
+/* Chunks with a wrong offset or length write nothing, with other frames open. */
 static void test_wrong_uploads(void)
 {
     frame_t *frame;
@@ -205,7 +205,7 @@ static void test_read(void)
     for (uint32_t i = 0; i < size; i++) {
         frame_map(frame)[i] = (uint8_t)(i * 11);
     }
-    look_at_memory();
+    save_memory();
     for (uint32_t offset = 0; offset < size + 1100; offset += 17) {
         for (uint32_t length = 0; length < 1030; length += length < 3 || length > 1020 ? 1 : 29) {
             uint8_t type = read_map(5, offset, length);

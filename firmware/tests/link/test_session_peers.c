@@ -4,7 +4,7 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-/* Whose a session is, how long it is kept for its peer, and what is asked of the gateware of UDP meanwhile. */
+/* Which peer a session belongs to, how long it is kept for it, and the calls of the transfer. */
 
 #include <string.h>
 
@@ -19,17 +19,17 @@ static const peer_t alice = {.udp = true, .address = 0xc0a80164, .port = 5000};
 static const peer_t bob   = {.udp = true, .address = 0xc0a80165, .port = 5000};
 static const peer_t carol = {.udp = true, .address = 0xc0a80164, .port = 5001};
 
-/* Gateware that only writes down what it is asked. */
+/* A transfer that only logs its calls. */
 static struct {
     char           log[64];  /* A letter per call. */
     uint32_t       token;
     peer_t         peer;
     const frame_t *frame;
-    uint32_t       arrived[2];  /* What refresh finds. */
-    status_t       status;      /* What open and close say. */
+    uint32_t       arrived[2];  /* Found by refresh. */
+    status_t       status;      /* Returned by open and close. */
     bool           full;
     uint32_t       sequence, length;
-    uint32_t       chunks, repeated;  /* That count finds. */
+    uint32_t       chunks, repeated;  /* Found by the update of counters. */
 } gateware;
 
 static void note(void *context, char letter, const frame_t *frame)
@@ -42,14 +42,14 @@ static void note(void *context, char letter, const frame_t *frame)
     gateware.frame           = frame;
 }
 
-static void begin(void *context, uint32_t session_token, const peer_t *who)
+static void set_session(void *context, uint32_t session_token, const peer_t *who)
 {
     note(context, 'b', NULL);
     gateware.token = session_token;
     gateware.peer  = *who;
 }
 
-static status_t open(void *context, const frame_t *frame)
+static status_t open_frame_slot(void *context, const frame_t *frame)
 {
     note(context, 'o', frame);
     return gateware.status;
@@ -62,13 +62,14 @@ static void refresh(void *context, frame_t *frame)
     frame_mark_received(frame, 1, gateware.arrived[1]);
 }
 
-static status_t close(void *context, const frame_t *frame)
+static status_t close_frame_slot(void *context, const frame_t *frame)
 {
     note(context, 'c', frame);
     return gateware.status;
 }
 
-static bool read(void *context, const peer_t *who, const message_t *message, const frame_t *frame, uint32_t length)
+static bool queue_read(void *context, const peer_t *who, const message_t *message, const frame_t *frame,
+    uint32_t length)
 {
     note(context, 'R', frame);
     REQUIRE(peer_is(who, &peer));
@@ -92,8 +93,8 @@ static void count_all(void *context)
 }
 
 static const session_transfer_t transfer = {
-    .context = &gateware, .max_pixels = 5000, .set_session = begin, .open_frame = open, .refresh = refresh, .close_frame = close,
-    .queue_read = read, .forget_frame = forget, .update_counters = count_all,
+    .context = &gateware, .max_pixels = 5000, .set_session = set_session, .open_frame = open_frame_slot,
+    .refresh = refresh, .close_frame = close_frame_slot, .queue_read = queue_read, .forget_frame = forget, .update_counters = count_all,
 };
 
 static void start(void)
@@ -103,7 +104,7 @@ static void start(void)
     session.transfer = &transfer;
 }
 
-/* A session of a peer of UDP, with nothing in the log. */
+/* A session of a UDP peer, with an empty log. */
 static void start_udp(void)
 {
     start();
@@ -121,7 +122,7 @@ static void require_log(const char *log)
     gateware.log[0] = 0;
 }
 
-/* Says hello and is refused; returns the milliseconds that are left. */
+/* Sends a HELLO that is refused; returns the milliseconds to wait. */
 static uint32_t refused_hello(const peer_t *who)
 {
     static const uint8_t nonce[4] = {9};
@@ -138,7 +139,7 @@ static uint32_t refused_hello(const peer_t *who)
     return get_u32(reply.payload + 4);
 }
 
-/* A session belongs to who said hello, on the line or at an address and port. */
+/* A session belongs to the sender of the HELLO, on the line or at an address and port. */
 static void test_busy(void)
 {
     static const peer_t *const peers[] = {&line, &alice, &bob, &carol};
@@ -166,13 +167,13 @@ static void test_busy(void)
         REQUIRE(counters.value[COUNTER_SESSIONS_REFUSED] == 30 && counters.value[COUNTER_REQUESTS_REFUSED] == 30);
         REQUIRE(counters.value[COUNTER_SESSIONS] == 1 && counters.value[COUNTER_FRAMES_RECLAIMED] == 0);
         REQUIRE(ask(TYPE_STATUS, 5, 0, NULL, 0) == 0x86 && reply.payload[0] == FRAME_LOADING);
-        /* Of its own hellos the newest wins. */
+        /* Of one peer's HELLOs the newest wins. */
         hello(2);
         REQUIRE(counters.value[COUNTER_SESSIONS] == 2 && counters.value[COUNTER_FRAMES_RECLAIMED] == 1);
     }
 }
 
-/* BUSY comes behind version and type, and before the length of the payload. */
+/* BUSY is checked after version and type, and before the length of the payload. */
 static void test_order_of_judgement(void)
 {
     message_t message = {.version = 2, .type = TYPE_STATUS};
@@ -190,7 +191,7 @@ static void test_order_of_judgement(void)
     require_error(ERROR_BUSY, 5000);
 }
 
-/* To the clock: the session is kept for five seconds after the last word of its peer, whatever the word was. */
+/* Exact to the clock: the session is kept for five seconds after the last message of its peer, of any kind. */
 static void test_silence(void)
 {
     static const uint8_t chunk[PROTOCOL_CHUNK_SIZE];
@@ -202,7 +203,7 @@ static void test_silence(void)
     REQUIRE(refused_hello(&bob) == 5000);
     uptime += HZ;
     REQUIRE(refused_hello(&bob) == 4000);
-    /* An old token, an unknown type and a stray chunk are words as well. */
+    /* An old token, an unknown type and a stray chunk count as well. */
     token++;
     ask(TYPE_STATUS, 1, 0, NULL, 0);
     require_error(ERROR_SESSION, 0);
@@ -214,7 +215,7 @@ static void test_silence(void)
     uptime += HZ;
     REQUIRE(!request(TYPE_UPLOAD, 1, 0, chunk, sizeof(chunk)));
     REQUIRE(refused_hello(&bob) == 5000);
-    /* Those of others are not. */
+    /* Those of other peers do not. */
     uptime += SILENCE - 3000;
     REQUIRE(refused_hello(&bob) == 1);
     make_frame(5, FRAME_LOADING);
@@ -239,7 +240,7 @@ static void test_long_silence(void)
     }
 }
 
-/* Silent sessions go on until another hello; other requests of others do not end them, and have no share in them. */
+/* Silent sessions last until another peer's HELLO; its other requests are refused and do not end them. */
 static void test_goes_on(void)
 {
     uint32_t mine;
@@ -261,7 +262,7 @@ static void test_goes_on(void)
     REQUIRE(refused_hello(&bob) == 5000);
 }
 
-/* A hello with the nonce of the session is the same hello again from the same peer only. */
+/* A HELLO with the nonce of the session is a repeated HELLO from the same peer only. */
 static void test_same_nonce(void)
 {
     uint32_t first;
@@ -289,11 +290,11 @@ static void test_bye(void)
     require_log("cfb");
     REQUIRE(gateware.token == 0 && counters.value[COUNTER_FRAMES_RELEASED] == 1);
     REQUIRE(ask(TYPE_BYE, 0, 0, NULL, 0) == 0x8a);
-    /* Another's bye is not the same bye again. */
+    /* Another peer's BYE is not a repeated BYE. */
     peer = bob;
     ask(TYPE_BYE, 0, 0, NULL, 0);
     require_error(ERROR_SESSION, 0);
-    /* And at once somebody else's turn. */
+    /* And another host may begin a session at once. */
     hello(7);
     REQUIRE(token != mine && gateware.token == token && peer_is(&gateware.peer, &bob));
     REQUIRE(ask(TYPE_BYE, 0, 0, NULL, 0) == 0x8a);
@@ -302,16 +303,16 @@ static void test_bye(void)
     REQUIRE(gateware.token == 0);
 }
 
-/* Chunks that gateware took keep a session alive. */
+/* Chunks that gateware received keep a session alive. */
 static void test_chunks_are_life(void)
 {
     start_udp();
-    for (int turn = 0; turn < 4; turn++) {
+    for (int round = 0; round < 4; round++) {
         uptime += SILENCE - 2000;
-        gateware.chunks   = turn % 2;
-        gateware.repeated = 1 - turn % 2;
-        /* By a hello of another, which makes the session look, or by its own looks from time to time. */
-        if (turn >= 2) {
+        gateware.chunks   = round % 2;
+        gateware.repeated = 1 - round % 2;
+        /* By a HELLO of another peer, which updates the counters, or by the regular updates. */
+        if (round >= 2) {
             session_poll(&session, uptime);
         }
         REQUIRE(refused_hello(&bob) == 5000);
@@ -322,7 +323,7 @@ static void test_chunks_are_life(void)
     uptime += SILENCE;
     peer = bob;
     hello(1);
-    /* Chunks of a serial line are messages; what gateware counts is none of that session's. */
+    /* Chunks on the serial line are messages; gateware's counts do not belong to that session. */
     uptime += SILENCE;
     peer = line;
     hello(1);
@@ -331,7 +332,7 @@ static void test_chunks_are_life(void)
     REQUIRE(refused_hello(&bob) == 1);
 }
 
-/* Looks are rare while nobody asks. */
+/* Updates of the counters are rare without requests. */
 static void test_poll(void)
 {
     start_udp();
@@ -344,7 +345,7 @@ static void test_poll(void)
     REQUIRE(gateware.chunks == 0 && session.heard == uptime + HZ / 64);
 }
 
-/* Statistics are those of gateware too, whoever asks. */
+/* STATISTICS include gateware's counters, for every peer. */
 static void test_statistics(void)
 {
     start();
@@ -354,7 +355,7 @@ static void test_statistics(void)
     REQUIRE(get_u32(reply.payload + 4 * COUNTER_CHUNKS_RECEIVED) == 77);
 }
 
-/* Frames of UDP are smaller where gateware takes fewer chunks than a slot holds. */
+/* Frames over UDP are smaller if gateware counts fewer chunks than a slot holds. */
 static void test_size(void)
 {
     uint8_t parameters[8] = {PARAMETER_DISPARITIES, 0, 0, 0, 16, 0, 0, 0};
@@ -376,7 +377,7 @@ static void test_size(void)
     require_log("b");
 }
 
-/* A frame is opened in gateware once, learns what came when it is asked about, and is closed when it starts. */
+/* A frame is opened in gateware once, is refreshed when a request asks about it, and is closed when it starts. */
 static void test_frame(void)
 {
     frame_t *frame;
@@ -419,7 +420,7 @@ static void test_open_fails(void)
 {
     start_udp();
     gateware.status = STATUS_TIMEOUT;
-    for (int turn = 0; turn < 2 * SLOTS; turn++) {
+    for (int round = 0; round < 2 * SLOTS; round++) {
         open_frame(5, 72, 50);
         require_error(ERROR_TIMEOUT, 0);
     }
@@ -428,7 +429,7 @@ static void test_open_fails(void)
     REQUIRE(open_frame(5, 72, 50) == 0x83 && get_u16(reply.payload) == 0);
 }
 
-/* Nobody uses the memory of a slot that is freed, in whatever state. */
+/* The memory of a freed slot is in no use, whatever the state was. */
 static void test_release(void)
 {
     for (frame_state_t state = FRAME_LOADING; state <= FRAME_FAILED; state++) {
@@ -499,7 +500,7 @@ static void test_stray_upload(void)
 
     start_udp();
     frame = make_frame(5, FRAME_LOADING);
-    look_at_memory();
+    save_memory();
     REQUIRE(!request(TYPE_UPLOAD, 5, 0, chunk, sizeof(chunk)));
     peer = bob;
     REQUIRE(!request(TYPE_UPLOAD, 5, 0, chunk, sizeof(chunk)));
@@ -509,7 +510,7 @@ static void test_stray_upload(void)
     require_error(ERROR_VERSION, 1);
 }
 
-/* MISSING of a serial line, on a frame of as many chunks as fit the last word in part. */
+/* MISSING on the serial line, of frames whose chunks fill the last word in part. */
 static void test_missing(void)
 {
     uint8_t chunk[PROTOCOL_CHUNK_SIZE] = {0};
@@ -526,11 +527,11 @@ static void test_missing(void)
     REQUIRE(ask(TYPE_MISSING, 5, 0, NULL, 0) == 0x8b && reply.length == 2);
     REQUIRE(reply.payload[0] == 0xfd && reply.payload[1] == 0x01);
     require_log("b");
-    /* Eight chunks: whole bytes, and none behind them. */
+    /* Eight chunks: whole bytes, and none after them. */
     REQUIRE(ask(TYPE_RELEASE, 5, 0, NULL, 0) == 0x88);
     REQUIRE(open_frame(5, 100, 40) == 0x83);
     REQUIRE(ask(TYPE_MISSING, 5, 0, NULL, 0) == 0x8b && reply.length == 1 && reply.payload[0] == 0xff);
-    /* 36 chunks: the second word, and no byte behind the last. */
+    /* 36 chunks: the second word, and no byte after the last. */
     REQUIRE(ask(TYPE_RELEASE, 5, 0, NULL, 0) == 0x88);
     REQUIRE(open_frame(5, 180, 100) == 0x83);
     REQUIRE(ask(TYPE_UPLOAD, 5, 33 * 1024, chunk, 1024) == 0x84);
@@ -539,7 +540,7 @@ static void test_missing(void)
     REQUIRE(memcmp(reply.payload, "\xff\xfe\xff\xff\x0d", 5) == 0);
 }
 
-/* Without UDP nothing is asked of anybody. */
+/* Without UDP there are no calls. */
 static void test_no_transfer(void)
 {
     set_up();
@@ -548,7 +549,7 @@ static void test_no_transfer(void)
     session_poll(&session, uptime + HZ);
     REQUIRE(ask(TYPE_STATISTICS, 0, 0, NULL, 0) == 0x89);
     REQUIRE(ask(TYPE_BYE, 0, 0, NULL, 0) == 0x8a);
-    /* Nor is there a way for streamed frames, whoever asks for it. */
+    /* Nor is there a path for streamed frames, for any peer. */
     peer = alice;
     hello(2);
     REQUIRE((get_u32(reply.payload + 20) & PROTOCOL_FEATURE_STREAMING) == 0);
@@ -565,15 +566,15 @@ static void test_tokens(void)
     uint8_t              payload[PROTOCOL_CHUNK_SIZE];
     uint32_t             tokens[4];
 
-    for (uint32_t turn = 0; turn < 4; turn++) {
+    for (uint32_t round = 0; round < 4; round++) {
         set_up();
-        if (turn > 0) {
-            session_handle(&session, turn, &line, &message, &reply, payload);
+        if (round > 0) {
+            session_handle(&session, round, &line, &message, &reply, payload);
         }
         session_handle(&session, 1000, &line, &greeting, &reply, payload);
-        tokens[turn] = session.token;
-        for (uint32_t before = 0; before < turn; before++) {
-            REQUIRE(tokens[before] != tokens[turn]);
+        tokens[round] = session.token;
+        for (uint32_t before = 0; before < round; before++) {
+            REQUIRE(tokens[before] != tokens[round]);
         }
     }
     for (uint32_t state = 1; state < 10000; state++) {

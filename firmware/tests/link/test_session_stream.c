@@ -4,7 +4,7 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-/* Streamed frames as the session sees them, with a way for them that is a few variables. */
+/* Streamed frames in the session, with a path that is a few variables. */
 
 #include <string.h>
 
@@ -18,7 +18,7 @@ static const peer_t alice = {.udp = true, .address = 0xc0a80164, .port = 5000};
 static uint32_t wanted_next;
 static unsigned forgotten;
 
-static status_t open_way(void *context, const frame_t *frame)
+static status_t open_path(void *context, const frame_t *frame)
 {
     (void)context;
     (void)frame;
@@ -31,13 +31,13 @@ static uint32_t wanted(void *context)
     return wanted_next;
 }
 
-static status_t close_way(void *context)
+static status_t close_path(void *context)
 {
     (void)context;
     return STATUS_OK;
 }
 
-static frame_stream_t way = {.context = &wanted_next, .open = open_way, .wanted = wanted, .close = close_way};
+static frame_stream_t path = {.context = &wanted_next, .open = open_path, .wanted = wanted, .close = close_path};
 
 static void begin(void *context, uint32_t session_token, const peer_t *session_peer)
 {
@@ -46,7 +46,7 @@ static void begin(void *context, uint32_t session_token, const peer_t *session_p
     (void)session_peer;
 }
 
-/* A streamed frame has no chunks that anybody has to take, to note or to wait for. */
+/* A streamed frame has no chunks to accept, to mark or to wait for. */
 static status_t open_slot(void *context, const frame_t *frame)
 {
     (void)context;
@@ -86,8 +86,8 @@ static void count_nothing(void *context)
 }
 
 static session_transfer_t transfer = {
-    .max_pixels = 8192, .stream = &way, .set_session = begin, .open_frame = open_slot, .refresh = refresh, .close_frame = close_slot,
-    .queue_read = read_map, .forget_frame = forget, .update_counters = count_nothing,
+    .max_pixels = 8192, .stream = &path, .set_session = begin, .open_frame = open_slot, .refresh = refresh,
+    .close_frame = close_slot, .queue_read = read_map, .forget_frame = forget, .update_counters = count_nothing,
 };
 
 static void greet(uint32_t nonce)
@@ -100,7 +100,7 @@ static void greet(uint32_t nonce)
 static void start(void)
 {
     set_up();
-    transfer.stream  = &way;
+    transfer.stream  = &path;
     session.transfer = &transfer;
     peer             = alice;
     wanted_next      = 0;
@@ -134,7 +134,7 @@ static void require_status(uint32_t frame_id, frame_state_t state, uint32_t miss
     REQUIRE(reply.payload[0] == state && get_u32(reply.payload + 12) == missing);
 }
 
-/* The feature is what the device has on this line, and not a bit of the matcher's. */
+/* The feature depends on the peer's connection, and is not a bit of the matcher's. */
 static void test_feature(void)
 {
     start();
@@ -144,7 +144,7 @@ static void test_feature(void)
     REQUIRE((get_u32(reply.payload + 20) & PROTOCOL_FEATURE_STREAMING) == 0);
 }
 
-/* Who has no way for streamed frames does not know the type, whoever asks. */
+/* Without a path for streamed frames the type is unknown, for every peer. */
 static void test_refused_as_type(void)
 {
     uint8_t payload[4] = {61, 0, 43, 0};
@@ -156,7 +156,7 @@ static void test_refused_as_type(void)
     require_error(ERROR_TYPE, TYPE_STREAM);
     set_up();
     session.transfer = &transfer;
-    transfer.stream  = &way;
+    transfer.stream  = &path;
     hello(1);
     REQUIRE(ask(TYPE_STREAM, 1, 0, payload, 4) == TYPE_ERROR);
     require_error(ERROR_TYPE, TYPE_STREAM);
@@ -164,19 +164,19 @@ static void test_refused_as_type(void)
     require_error(ERROR_TYPE, TYPE_PAIRS);
 }
 
-/* Over UDP pairs are gateware's business, and without an answer. */
+/* Over UDP gateware handles pairs, without an answer. */
 static void test_pairs(void)
 {
     uint8_t pairs[1024] = {0};
 
     start();
     make_stream(1);
-    look_at_memory();
+    save_memory();
     REQUIRE(!request(TYPE_PAIRS, 1, 0, pairs, sizeof(pairs)));
     require_untouched();
 }
 
-/* A frame is in line at once, and STATUS tells at every stage what is wanted. */
+/* A streamed frame is queued at once, and STATUS tells in every state which pairs are next. */
 static void test_life(void)
 {
     uint8_t  length[4] = {0, 4, 0, 0};
@@ -185,7 +185,7 @@ static void test_life(void)
     start();
     frame = make_stream(7);
     REQUIRE(frame->streamed && frame->state == FRAME_READY && frame_pool_next(&pool) == frame);
-    wanted_next = 2048;  /* Of the frame that is matched meanwhile. */
+    wanted_next = 2048;  /* Of the frame being matched. */
     require_status(7, FRAME_READY, 0);
     REQUIRE(ask(TYPE_READ, 7, 0, length, 4) == TYPE_ERROR);
     require_error(ERROR_STATE, FRAME_READY);
@@ -260,7 +260,7 @@ static void test_refusals(void)
     require_error(ERROR_NO_SLOT, SLOTS);
 }
 
-/* Sends a STREAM as it was sent before; returns whether it is answered. */
+/* Sends a copy of an earlier STREAM; returns whether it is answered. */
 static bool send_copy(uint32_t frame_id, uint32_t sequence)
 {
     uint8_t   payload[4] = {61, 0, 43, 0}, room[PROTOCOL_CHUNK_SIZE];
@@ -272,28 +272,28 @@ static bool send_copy(uint32_t frame_id, uint32_t sequence)
     return session_handle(&session, uptime, &peer, &copy, &reply, room);
 }
 
-/* A late copy begins no frame that nobody would feed, as long as it is one of the last that have left. */
+/* A late copy opens no frame, if its frame is one of those that departed last. */
 static void test_late_copies(void)
 {
-    uint32_t left[SESSION_DEPARTED + 1];
+    uint32_t departed[SESSION_DEPARTED + 1];
 
     start();
     for (uint32_t i = 0; i <= SESSION_DEPARTED; i++) {
-        left[i] = make_stream(i + 1)->sequence;
-        REQUIRE(send_copy(i + 1, left[i]));
+        departed[i] = make_stream(i + 1)->sequence;
+        REQUIRE(send_copy(i + 1, departed[i]));
         REQUIRE(ask(TYPE_RELEASE, i + 1, 0, NULL, 0) == 0x88);
         for (uint32_t j = i < SESSION_DEPARTED ? 0 : 1; j <= i; j++) {
-            REQUIRE(!send_copy(j + 1, left[j]) && frame_pool_next(&pool) == NULL);
+            REQUIRE(!send_copy(j + 1, departed[j]) && frame_pool_next(&pool) == NULL);
         }
     }
-    REQUIRE(send_copy(1, left[0]) && frame_pool_next(&pool) != NULL);
-    /* A session knows nothing of those before it. */
+    REQUIRE(send_copy(1, departed[0]) && frame_pool_next(&pool) != NULL);
+    /* A new session does not remember frames of earlier ones. */
     greet(2);
-    REQUIRE(frame_pool_next(&pool) == NULL && send_copy(1, left[SESSION_DEPARTED]));
+    REQUIRE(frame_pool_next(&pool) == NULL && send_copy(1, departed[SESSION_DEPARTED]));
     REQUIRE(frame_pool_next(&pool) != NULL);
 }
 
-/* Whatever ends a frame, it is stopped first and forgotten. */
+/* Every way to end a frame stops it first, and tells the transfer to forget it. */
 static void test_ends(void)
 {
     start();

@@ -70,8 +70,8 @@ static void require_progress(update_state_t state, update_failure_t failure)
 
 static void work(void)
 {
-    for (int turns = 0; update_is_running(&update); turns++) {
-        REQUIRE(turns < 10000);
+    for (int polls = 0; update_is_running(&update); polls++) {
+        REQUIRE(polls < 10000);
         update_poll(&update, uptime += 1000);
     }
 }
@@ -97,7 +97,7 @@ static void test_update(void)
     REQUIRE(ask(TYPE_PROGRESS, 0, 0, NULL, 0) == 0x91);
     require_progress(UPDATE_EMPTY, UPDATE_NO_FAILURE);
     load();
-    /* Everything may come again. */
+    /* Every request may be repeated. */
     load();
     REQUIRE(ask(TYPE_PROGRESS, 0, 0, NULL, 0) == 0x91);
     require_progress(UPDATE_LOADING, UPDATE_NO_FAILURE);
@@ -155,7 +155,7 @@ static void test_ownership(void)
     set_up_with_flash();
     hello(1);
     load();
-    /* Another host may not even ask. */
+    /* Another host may not even ask for the progress. */
     peer = (peer_t){.udp = true, .address = 1, .port = 2};
     ask(TYPE_PROGRESS, 0, 0, NULL, 0);
     REQUIRE(reply.type == TYPE_ERROR && get_u16(reply.payload) == ERROR_BUSY);
@@ -174,7 +174,7 @@ static void test_ownership(void)
     REQUIRE(update.state == UPDATE_DONE);
 }
 
-/* The reply goes out, and then nothing but its copies. */
+/* After the reply only repeated RESTARTs are answered. */
 static void test_restart(void)
 {
     for (int with_flash = 0; with_flash < 2; with_flash++) {

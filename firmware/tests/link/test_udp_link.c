@@ -22,19 +22,19 @@ static const peer_t bob   = {.udp = true, .address = 0xc0a80165, .port = 5000};
 static frame_link_t driver;
 static udp_link_t   udp;
 static uint64_t     ticks;
-static uint64_t     wakes;     /* Tick at which gateware that hangs goes on. */
+static uint64_t     wakes;     /* Tick at which hanging gateware continues. */
 static uint32_t     sequence;  /* Of the last message posted. */
 
 static _Alignas(FRAME_LINK_MAX_ALIGNMENT) uint8_t mailbox[FRAME_LINK_MAILBOX_SIZE];
 
-/* Datagrams that went out and were not looked at yet, oldest first. */
+/* Datagrams sent and not yet checked, oldest first. */
 static struct {
     peer_t    to;
     uint8_t   bytes[PROTOCOL_MESSAGE_MAX];
     message_t message;
 } sent[DATAGRAMS];
 static unsigned sent_first, sent_last;
-static unsigned room;  /* Parts of maps that the wire takes before it stands still. */
+static unsigned room;  /* Parts of maps that the wire accepts before it blocks. */
 
 uint64_t clock_now(void)
 {
@@ -66,7 +66,7 @@ static bool send_datagram(const peer_t *to, const uint8_t *bytes, size_t length)
     return true;
 }
 
-/* A message of a peer comes in. */
+/* Delivers a message of a peer. */
 static void post_as(const peer_t *who, uint8_t type, uint32_t frame_id, uint32_t offset, const void *payload,
     uint32_t length)
 {
@@ -84,12 +84,12 @@ static void post(uint8_t type, uint32_t frame_id, uint32_t offset, const void *p
     post_as(&alice, type, frame_id, offset, payload, length);
 }
 
-static void turn(void)
+static void step(void)
 {
     udp_link_poll(&udp, clock_now());
 }
 
-/* The oldest datagram that went out, which goes to `who`. */
+/* The oldest datagram sent, which must be for `who`. */
 static const message_t *take_as(const peer_t *who)
 {
     REQUIRE(sent_first < sent_last && peer_is(&sent[sent_first].to, who));
@@ -107,20 +107,20 @@ static const message_t *take(uint8_t type)
 static void require_quiet(void)
 {
     for (int i = 0; i < 10; i++) {
-        turn();
+        step();
     }
     REQUIRE(sent_first == sent_last);
     sent_first = sent_last = 0;
 }
 
-/* Asks and gets the answer, which is the only one. */
+/* Sends a request and gets the only answer. */
 static const message_t *converse(uint8_t type, uint32_t frame_id, const void *payload, uint32_t length)
 {
     const message_t *message;
 
     require_quiet();
     post(type, frame_id, 0, payload, length);
-    turn();
+    step();
     clock_now();
     message = take_as(&alice);
     REQUIRE(message->sequence == sequence && message->frame_id == frame_id && message->offset == 0);
@@ -135,7 +135,7 @@ static void greet(const peer_t *who, uint32_t nonce)
     put_u32(payload, nonce);
     token = 0;
     post_as(who, TYPE_HELLO, 0, 0, payload, 4);
-    turn();
+    step();
     clock_now();
     token = get_u32(take_as(who)->payload);
     REQUIRE(token != 0);
@@ -188,7 +188,7 @@ static void post_chunk(const frame_t *frame, uint32_t offset)
     post(TYPE_UPLOAD, frame->id, offset, chunk, frame_chunk_length(frame, offset));
 }
 
-/* A frame that came over UDP and is DONE, with a map of its own. */
+/* A frame that was uploaded over UDP and is DONE, with a distinct map. */
 static frame_t *make_done(uint32_t frame_id)
 {
     frame_t *frame = open_by_udp(frame_id, 180, 100);
@@ -227,10 +227,10 @@ static void require_run(const frame_t *frame, uint32_t of, uint32_t offset, uint
     }
 }
 
-static void turns(unsigned number)
+static void steps(unsigned count)
 {
-    while (number-- > 0) {
-        turn();
+    while (count-- > 0) {
+        step();
     }
 }
 
@@ -257,8 +257,8 @@ static void test_upload(void)
     for (uint32_t i = 0; i < 2 * frame->pitch; i++) {
         REQUIRE(frame->memory[i] == (i % frame->pitch < 18000 ? chunk_byte(7, i) : CANARY));
     }
-    /* A started frame takes no chunks: its memory is the matcher's. */
-    look_at_memory();
+    /* A started frame accepts no chunks: its memory is the matcher's. */
+    save_memory();
     post_chunk(frame, 0);
     clock_now();
     require_untouched();
@@ -268,13 +268,13 @@ static void test_upload(void)
     REQUIRE(get_u32(reply_of->payload + 4 * COUNTER_UPLOADS_UNFIT) == 1);
     REQUIRE(get_u32(reply_of->payload + 4 * COUNTER_DATAGRAMS_RECEIVED) == 1 + 1 + 70 + 3 + 1 + 1 + 1 + 1);
     REQUIRE(get_u32(reply_of->payload + 4 * COUNTER_DATAGRAMS_SENT) == 6);
-    /* A frame that is opened in the slot later begins with nothing. */
+    /* A later frame in the slot has no chunks at first. */
     REQUIRE(converse(TYPE_RELEASE, 7, NULL, 0)->type == 0x88);
     frame = open_by_udp(8, 180, 100);
     REQUIRE(memcmp(converse(TYPE_MISSING, 8, NULL, 0)->payload, "\xff\xff\xff\xff\x0f", 5) == 0);
 }
 
-/* Chunks of no use write nothing and are counted by reason. */
+/* Rejected chunks write nothing and are counted by reason. */
 static void test_wrong_chunks(void)
 {
     static const uint8_t chunk[PROTOCOL_CHUNK_SIZE];
@@ -284,7 +284,7 @@ static void test_wrong_chunks(void)
     start();
     frame = open_by_udp(7, 61, 43);
     mine  = token;
-    look_at_memory();
+    save_memory();
     for (uint32_t offset = 0; offset <= 8 * 1024; offset += 512) {
         for (uint32_t length = 0; length <= 1024; length++) {
             if (length != frame_chunk_length(frame, offset) || length == 0) {
@@ -335,7 +335,7 @@ static void test_counters(void)
     REQUIRE(counters.value[COUNTER_DATAGRAMS_MALFORMED] == 1);
 }
 
-/* The payload of a reply stays as it is until gateware has read it; requests wait meanwhile. */
+/* The payload of a reply does not change until gateware has read it; requests wait. */
 static void test_reply_is_not_rewritten(void)
 {
     const message_t *first, *second;
@@ -345,10 +345,10 @@ static void test_reply_is_not_rewritten(void)
     post(TYPE_STATUS, 7, 0, NULL, 0);
     post(TYPE_MISSING, 7, 0, NULL, 0);
     fake_frame_link.hang = true;
-    turns(10);
+    steps(10);
     REQUIRE(sent_first == sent_last && fake_frame_link_waiting() == 1);
     fake_frame_link.hang = false;
-    turns(3);
+    steps(3);
     first = take(0x86);
     REQUIRE(first->sequence == sequence - 1 && first->length == 16 && first->payload[0] == FRAME_LOADING);
     second = take(0x8b);
@@ -364,27 +364,27 @@ static void test_full_mailbox(void)
     for (int i = 0; i < 11; i++) {
         post(TYPE_STATUS, 7, 0, NULL, 0);
     }
-    turns(20);
+    steps(20);
     for (uint32_t i = 0; i < 8; i++) {
         REQUIRE(take(0x86)->sequence == first + i);
     }
     require_quiet();
     session_update_counters(&session, ticks);
     REQUIRE(counters.value[COUNTER_MAILBOX_OVERRUN] == 3);
-    /* Its places are used again, time after time. */
+    /* Its entries are reused many times. */
     for (int i = 0; i < 600; i++) {
         REQUIRE(converse(TYPE_STATUS, 7, NULL, 0)->type == 0x86);
     }
 }
 
-/* Who is refused is told so where it is; what is no message is counted and dropped. */
+/* A refused peer gets the error itself; bytes that are not a message are counted and dropped. */
 static void test_others(void)
 {
     const message_t *message;
 
     start();
     post_as(&bob, TYPE_STATUS, 7, 0, NULL, 0);
-    turns(2);
+    steps(2);
     message = take_as(&bob);
     REQUIRE(message->type == TYPE_ERROR && get_u16(message->payload) == ERROR_BUSY);
     post(TYPE_STATUS, 7, 0, NULL, 0);
@@ -422,22 +422,22 @@ static void test_reads(void)
     for (int i = 0; i < 8; i++) {
         post_read(7, ranges[i][0], ranges[i][1]);
     }
-    turns(3);
-    /* Eight are in line, and no more. */
+    steps(3);
+    /* Eight are queued, and no more. */
     post_read(7, 0, 1);
     post(TYPE_STATUS, 7, 0, NULL, 0);
-    turns(3);
+    steps(3);
     REQUIRE(get_u16(take(TYPE_ERROR)->payload) == ERROR_BUSY && take(0x86)->payload[0] == FRAME_DONE);
     require_quiet();
     room = 3;
-    turns(3);
+    steps(3);
     require_run(frame, first, 0, 3 * 1024);
     post(TYPE_STATUS, 7, 0, NULL, 0);
-    turns(3);
+    steps(3);
     take(0x86);
     require_quiet();
     room = UINT32_MAX;
-    turns(40);
+    steps(40);
     for (uint32_t offset = 3 * 1024; offset < 36000; offset += 1024) {
         require_run(frame, first, offset, 36000 - offset < 1024 ? 36000 - offset : 1024);
     }
@@ -445,16 +445,16 @@ static void test_reads(void)
         require_run(frame, first + i, ranges[i][0], ranges[i][1]);
     }
     require_quiet();
-    /* And the line is empty again. */
+    /* And the queue is empty again. */
     for (int i = 0; i < 8; i++) {
         post_read(7, 0, 36000);
-        turns(5);
+        steps(5);
         require_run(frame, sequence, 0, 36000);
         require_quiet();
     }
 }
 
-/* READs of a frame go with it, the one that runs included; those of others are served. */
+/* READs of a frame are dropped with it, including the one being sent; those of other frames are served. */
 static void test_release_in_a_run(void)
 {
     frame_t *one, *other;
@@ -471,15 +471,15 @@ static void test_release_in_a_run(void)
     kept = sequence;
     post_read(7, 0, 1);
     post_read(8, 0, 1);
-    turns(3);
+    steps(3);
     require_run(one, kept - 2, 0, 2048);
     post(TYPE_RELEASE, 7, 0, NULL, 0);
-    turn();
+    step();
     REQUIRE(one->state == FRAME_EMPTY);
-    /* The slot is free, so nothing of it goes out, whatever is there now. */
+    /* The slot is free, so nothing of it is sent. */
     memset(one->memory, CANARY, 4 * 18000);
     room = UINT32_MAX;
-    turns(10);
+    steps(10);
     take(0x88);
     require_run(other, kept, 2048, 3000);
     require_run(other, kept + 2, 0, 1);
@@ -498,27 +498,27 @@ static void test_end_of_session_in_a_run(void)
             post_read(7, 0, 36000);
             post_read(8, 0, 36000);
         }
-        turns(3);
+        steps(3);
         take(0x87);
         room = UINT32_MAX;
-        fake_frame_link.hang = true;  /* So that the run is there still. */
+        fake_frame_link.hang = true;  /* So that the burst does not end. */
         wakes = ticks + 20000;
         if (how == 0) {
             post(TYPE_BYE, 0, 0, NULL, 0);
-            turns(30);
+            steps(30);
             take(0x8a);
         } else if (how == 1) {
             uint32_t before = token;
 
             post(TYPE_HELLO, 0, 0, "\2\0\0", 4);
-            turns(30);
+            steps(30);
             REQUIRE(take_as(&alice)->type == 0x81 && token == before);
         } else {
-            session_update_counters(&session, ticks);  /* What came before is not taken for life at the hello. */
+            session_update_counters(&session, ticks);  /* Earlier chunks do not count as a sign of life at the HELLO. */
             ticks += 5ull * device_info.sys_clk_hz;
             wakes = ticks + 20000;
             post_as(&bob, TYPE_HELLO, 0, 0, "\2\0\0", 4);
-            turns(30);
+            steps(30);
             REQUIRE(take_as(&bob)->type == 0x81);
         }
         require_quiet();
@@ -542,22 +542,22 @@ static void test_stuck_run(void)
     room = 0;
     post_read(7, 0, 36000);
     post_read(8, 0, 2000);
-    turns(2);
+    steps(2);
     post(TYPE_RELEASE, 7, 0, NULL, 0);
     fake_frame_link.hang = true;
     before = ticks;
-    turn();
+    step();
     REQUIRE(ticks - before > 100000 && ticks - before < 300000 && pool.frame[0].state == FRAME_EMPTY);
-    turns(3);
+    steps(3);
     fake_frame_link.hang = false;
     room                 = UINT32_MAX;
-    turns(10);
+    steps(10);
     take(0x88);
     require_run(other, sequence - 1, 0, 2000);
     require_quiet();
 }
 
-/* A slot is freed when the chunk on its way to it has arrived, not before. */
+/* A slot is not freed before a chunk on its way to it has arrived. */
 static void test_release_waits_for_a_chunk(void)
 {
     frame_t *frame;
@@ -569,17 +569,17 @@ static void test_release_waits_for_a_chunk(void)
     post_chunk(frame, 1024);
     post(TYPE_RELEASE, 7, 0, NULL, 0);
     wakes = ticks + 50000;
-    turn();
+    step();
     REQUIRE(frame->state == FRAME_EMPTY && ticks >= 50000);
     REQUIRE(frame->memory[1024] == chunk_byte(7, 1024));
     memset(frame->memory, CANARY, 3072);
-    look_at_memory();
-    turns(10);
+    save_memory();
+    steps(10);
     require_untouched();
     take(0x88);
 }
 
-/* OPEN is answered when the slot takes chunks, not before. */
+/* OPEN is not answered before the slot accepts chunks. */
 static void test_open_waits(void)
 {
     uint8_t payload[4] = {100, 0, 50, 0};
@@ -589,14 +589,14 @@ static void test_open_waits(void)
     fake_frame_link.hang = true;
     wakes = ticks + 50000;
     post(TYPE_OPEN, 7, 0, payload, 4);
-    turns(3);
+    steps(3);
     REQUIRE(take(0x83)->frame_id == 7);
     REQUIRE(ticks >= 50000);
     fake_frame_link.hang = true;
     post(TYPE_OPEN, 8, 0, payload, 4);
-    turn();
+    step();
     fake_frame_link.hang = false;
-    turns(3);
+    steps(3);
     REQUIRE(get_u16(take(TYPE_ERROR)->payload) == ERROR_TIMEOUT);
     REQUIRE(frame_pool_find(&pool, FRAME_OWNER_LINK, 8) == NULL);
 }

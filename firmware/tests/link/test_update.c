@@ -4,8 +4,8 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-/* Updates of the firmware in flash: the way of a good one, what is refused, faults of the flash, and the power that fails
- * at each moment: the boot program, as it is, always finds a good image. */
+/* Updates of the firmware in flash: a good one, refusals, faults of the flash, and power failures
+ * at each moment. The real boot program always finds a good image. */
 
 #include "link/update/update.h"
 
@@ -40,7 +40,7 @@ static void fill(uint8_t *firmware, uint32_t length, unsigned seed)
     memcpy(firmware + length - sizeof(firmware_tag), &firmware_tag, sizeof(firmware_tag));
 }
 
-/* A device that boots the firmware of an image that is good, or of none: a bit per image. */
+/* A device whose flash has good images, a bit per image. */
 static void set_up(unsigned good)
 {
     fake_flash_reset();
@@ -66,20 +66,20 @@ static void load(const uint8_t *firmware, uint32_t length)
     }
 }
 
-/* Lets the device work until it has ended, or has no power any more. */
+/* Polls until the update has ended, or the power has failed. */
 static void work(void)
 {
     REQUIRE(update_write(&update) == STATUS_OK);
-    for (int turns = 0; update_is_running(&update) && !fake_flash.dead; turns++) {
+    for (int polls = 0; update_is_running(&update) && !fake_flash.dead; polls++) {
         uint32_t done = update.done;
 
-        REQUIRE(turns < 100000);
+        REQUIRE(polls < 100000);
         update_poll(&update, now += 1000);
         REQUIRE(update.done >= done && update.done <= update.total);
     }
 }
 
-/* What the boot program does: 'o' if it starts the old firmware, 'n' if the new one, '-' if none. */
+/* The firmware that the boot program starts: 'o' for the old, 'n' for the new, '-' for none. */
 static char boot(void)
 {
     static uint8_t started[ROOM];
@@ -121,19 +121,19 @@ static void test_good(void)
         REQUIRE(update.state == UPDATE_DONE && update.done == update.total && update.failure == 0);
         REQUIRE(holds(0, new, LENGTH) && holds(1, new, LENGTH) && boot() == 'n');
         REQUIRE(fake_flash.operations == OPERATIONS);
-        /* The sectors behind an image, and all that is no image, are as they were. */
+        /* The sectors after an image, and everything outside of the images, are unchanged. */
         for (uint32_t i = 0; i < FAKE_FLASH_BYTES; i++) {
             if (i < FIRST || i >= FIRST + 2 * ROOM || (i - FIRST) % ROOM >= 2 * 4096) {
                 REQUIRE(fake_flash.contents[i] == 0xff);
             }
         }
-        /* Again: no work. */
+        /* Repeating it does nothing. */
         REQUIRE(update_begin(&update, LENGTH, update.crc32) == STATUS_OK && update.state == UPDATE_DONE);
         REQUIRE(update_write(&update) == STATUS_OK && update.state == UPDATE_DONE);
     }
 }
 
-/* Firmwares of all lengths near the borders of a page, a sector and a slot. */
+/* Firmwares of all lengths near the size of a page, a sector and an image. */
 static void test_lengths(void)
 {
     static const uint32_t lengths[] = {32, 33, 247, 248, 249, 503, 504, 505, 1024, 4087, 4088, 4089, 4343, 4344, 4345,
@@ -167,7 +167,7 @@ static void test_refused(void)
     REQUIRE(update_store(&update, 0, new, CHUNK - 1) == STATUS_LENGTH);
     REQUIRE(update_store(&update, 4 * CHUNK, new, CHUNK) == STATUS_LENGTH);
     REQUIRE(update_chunk_length(&update, 4 * CHUNK) == LENGTH - 4 * CHUNK);
-    /* While it is written it neither changes nor is it forgotten. */
+    /* While it is being written it can be neither changed nor forgotten. */
     REQUIRE(update_write(&update) == STATUS_OK && update.state == UPDATE_CHECKING);
     REQUIRE(update_store(&update, 0, old, CHUNK) == STATUS_STATE && update_begin(&update, 5, 5) == STATUS_STATE);
     update_forget(&update);
@@ -178,7 +178,7 @@ static void test_refused(void)
     REQUIRE(update.state == UPDATE_EMPTY);
 }
 
-/* What is not a whole firmware for this SoC does not get near the flash. */
+/* Anything but a complete firmware for this SoC does not touch the flash. */
 static void test_unfit(void)
 {
     static const uint32_t places[] = {0, 4, 16};  /* Magic, SoC, name. */
@@ -188,7 +188,7 @@ static void test_unfit(void)
     memory[3000] ^= 1;
     work();
     require_failed(UPDATE_CHECKSUM);
-    /* After a failure the same one may come again. */
+    /* After a failure the same firmware may be announced again. */
     load(new, LENGTH);
     REQUIRE(update.state == UPDATE_LOADING && update.failure == UPDATE_NO_FAILURE);
     for (unsigned i = 0; i < sizeof(places) / sizeof(places[0]); i++) {
@@ -202,7 +202,7 @@ static void test_unfit(void)
     work();
     require_failed(UPDATE_FOREIGN);
     REQUIRE(fake_flash.operations == 0 && boot() == 'o');
-    /* Another version is what an update is for. */
+    /* Another version is accepted. */
     fill(new, LENGTH, 2);
     new[LENGTH - sizeof(firmware_tag) + 8] ^= 1;
     load(new, LENGTH);
@@ -234,13 +234,13 @@ static void test_faults(void)
     load(new, LENGTH);
     work();
     require_failed(UPDATE_TIMEOUT);
-    /* A flash that is still at work shows no good image: another try must not take that for the truth. */
+    /* A busy flash reads as if it had no good image: the next attempt must wait for it. */
     load(new, LENGTH);
     REQUIRE(update_write(&update) == STATUS_OK);
     while (update.state == UPDATE_CHECKING) {
         update_poll(&update, now += 1000);
     }
-    for (int turn = 0; turn < 2; turn++) {
+    for (int round = 0; round < 2; round++) {
         update_poll(&update, now += 1000);
     }
     fake_flash.stuck = false;
@@ -254,10 +254,10 @@ static void test_faults(void)
     REQUIRE(update.state == UPDATE_DONE && boot() == 'n');
 }
 
-/* One update whose power fails in operation `cut` of it, 1 for the first; returns whether it came that far. */
+/* An update whose power fails in operation `cut`, 1 for the first; returns whether it got that far. */
 static bool update_cut(unsigned cut, enum fake_flash_cut part)
 {
-    fake_flash.operations_left = cut;
+    fake_flash.operations_to_cut = cut;
     fake_flash.cut             = part;
     REQUIRE(flash_init(&flash, HZ) == STATUS_OK);
     update_init(&update, &flash, memory);
@@ -271,7 +271,7 @@ static bool update_cut(unsigned cut, enum fake_flash_cut part)
     return true;
 }
 
-/* The power fails at each moment of an update, and after that once more in the next one. */
+/* The power fails at each moment of an update, and then again in the next update. */
 static void test_power(void)
 {
     unsigned moments = 0, random = 5;

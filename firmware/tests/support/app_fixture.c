@@ -16,7 +16,7 @@
 #include "libbase/uart.h"
 #include "litestereo/platform.h"
 
-/* Frame memory below 4 GiB, as the registers need it, with a page that must not be touched on either side. */
+/* Frame memory below 4 GiB, as the registers require, with an inaccessible page on either side. */
 #define MEMORY_BASE 0x50000000u
 #define MEMORY_SIZE (1u << 20)
 #define PAGE        4096u

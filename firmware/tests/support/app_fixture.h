@@ -18,13 +18,13 @@
 /** The firmware. */
 extern app_t app;
 
-/** Time in clocks of a microsecond; it goes on with each look at it, so that nothing can wait for ever. */
+/** Time in clocks of a microsecond; each read advances it, so that every bounded wait ends. */
 extern uint64_t now;
 
-/** Bytes of memory that the firmware finds for frames. */
+/** Bytes of memory for frames. */
 extern size_t frame_memory;
 
-/** What the firmware finds when it boots, and the resets that it asked for since; the SoC does not reset here. */
+/** Report that the firmware gets at its start, and the resets that it requested since; the SoC is not reset here. */
 extern reset_report_t found_reset;
 extern reset_cause_t  last_reset;
 extern unsigned       resets;
@@ -32,22 +32,22 @@ extern unsigned       resets;
 /** What the firmware sent since the last call of type(), as text. */
 extern char out[1 << 16];
 
-/** Gives the firmware its memory, with a page that must not be touched on either side. Once. */
+/** Allocates the firmware's memory, with an inaccessible page on either side. To be called once. */
 void make_memory(void);
 
 /** Starts the firmware with a sound accelerator. */
 void boot(void);
 
-/** Puts a frame of 40 x 20 pixels in line for the matcher. */
+/** Queues a frame of 40 x 20 pixels for the matcher. */
 frame_t *load_frame(uint32_t id);
 
-/** Lets the firmware take bytes from the line. */
+/** Passes bytes from the line to the firmware. */
 void receive(const void *bytes, size_t length);
 
-/** Forgets what was sent, lets the firmware take text from the line and returns what it sent. */
+/** Passes text from the line to the firmware, and returns what it sends in reply. */
 const char *type(const char *text);
 
-/** Requires that the firmware, when a text is typed, answers with another among the rest. */
+/** Requires that the reply of the firmware to a typed text contains another text. */
 #define REQUIRE_TYPE(text, answer) REQUIRE(strstr(type(text), answer) != NULL)
 
 #endif

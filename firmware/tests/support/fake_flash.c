@@ -26,11 +26,11 @@ static struct {
     uint32_t pins;     /* As last written. */
     uint32_t bits;     /* Clocks since it was selected. */
     uint32_t command;  /* The first 32 bits. */
-    uint32_t data;     /* The bits behind these. */
+    uint32_t data;     /* The bits after these. */
     uint8_t  page[PAGE];
-    uint32_t bytes;    /* Bytes behind the address. */
+    uint32_t bytes;    /* Bytes after the address. */
     bool     enabled;
-    unsigned looks;    /* Looks at the status until the operation has ended. */
+    unsigned polls;    /* Polls of the status until the operation has ended. */
 } chip;
 
 void fake_flash_reset(void)
@@ -40,7 +40,7 @@ void fake_flash_reset(void)
     memset(fake_flash.contents, 0xff, sizeof(fake_flash.contents));
     fake_flash.present    = true;
     fake_flash.id         = 0xef4015;
-    fake_flash.busy_looks = 3;
+    fake_flash.busy_polls = 3;
     fake_flash.random     = 1;
 }
 
@@ -48,7 +48,7 @@ void fake_flash_power_up(void)
 {
     memset(&chip, 0, sizeof(chip));
     fake_flash.dead            = false;
-    fake_flash.operations_left = 0;
+    fake_flash.operations_to_cut = 0;
 }
 
 bool fake_flash_in_use(void)
@@ -90,11 +90,11 @@ static void program(uint32_t address, bool midway)
 
 static void operate(uint8_t command, uint32_t address)
 {
-    bool fails  = fake_flash.operations_left == 1;
+    bool fails  = fake_flash.operations_to_cut == 1;
     bool midway = fails && fake_flash.cut == CUT_MIDWAY;
 
     fake_flash.operations++;
-    fake_flash.operations_left -= fake_flash.operations_left > 0;
+    fake_flash.operations_to_cut -= fake_flash.operations_to_cut > 0;
     fake_flash.dead = fails;
     if (fake_flash.protect || (fails && fake_flash.cut == CUT_BEFORE)) {
         return;
@@ -104,7 +104,7 @@ static void operate(uint8_t command, uint32_t address)
     } else {
         program(address, midway);
     }
-    chip.looks = fake_flash.busy_looks;
+    chip.polls = fake_flash.busy_polls;
 }
 
 /* The end of a command. */
@@ -114,7 +114,7 @@ static void end(void)
     uint32_t address = chip.command & LAST;
     bool     whole   = command == ERASE ? chip.bits == 32 : chip.bytes > 0 && chip.bits % 8 == 0;
 
-    if (chip.looks > 0) {
+    if (chip.polls > 0) {
         return;
     }
     if (command == ENABLE && chip.bits == 8) {
@@ -127,7 +127,7 @@ static void end(void)
     }
 }
 
-/* The pins. Mode 0: the flash takes a bit with the rising clock, and shows one with the falling one. */
+/* The pins. SPI mode 0: the flash samples a bit at the rising edge, and outputs one at the falling edge. */
 
 static void take_bit(uint32_t bit)
 {
@@ -140,15 +140,15 @@ static void take_bit(uint32_t bit)
         }
     }
     chip.bits++;
-    if (chip.bits == 8 && chip.command == STATUS && chip.looks > 0 && !fake_flash.stuck) {
-        chip.looks--;
+    if (chip.bits == 8 && chip.command == STATUS && chip.polls > 0 && !fake_flash.stuck) {
+        chip.polls--;
     }
 }
 
 void flash_w_write(uint32_t value)
 {
     bool selected = (value & SELECT) != 0 && (chip.pins & SELECT) == 0;
-    bool left     = (value & SELECT) == 0 && (chip.pins & SELECT) != 0;
+    bool deselected = (value & SELECT) == 0 && (chip.pins & SELECT) != 0;
     bool rising   = (value & CLOCK) != 0 && (chip.pins & CLOCK) == 0;
 
     REQUIRE((value & OUTPUT) != 0);
@@ -161,28 +161,31 @@ void flash_w_write(uint32_t value)
         take_bit((value & MOSI) != 0);
     }
     chip.pins = value;
-    if (left && fake_flash.present && !fake_flash.dead) {
+    if (deselected && fake_flash.present && !fake_flash.dead) {
         end();
     }
 }
 
-/* The byte that is being shown, behind a command of `bits` bits; 0xff if it is none that is answered. */
+/* The byte being output after a command of `bits` bits; 0xff if the command has no answer. */
 static uint8_t shown(uint32_t *bits)
 {
     uint8_t command = (uint8_t)(chip.bits < 32 ? chip.command >> (chip.bits - 8) : chip.command >> 24);
 
     *bits = 8;
     if (command == STATUS) {
-        return (uint8_t)((chip.looks > 0) | chip.enabled << 1 | (fake_flash.protect ? 0x1c : 0));
+        return (uint8_t)((chip.polls > 0) | chip.enabled << 1 | (fake_flash.protect ? 0x1c : 0));
     }
-    if (chip.looks > 0) {
+    if (chip.polls > 0) {
         return 0xff;
     }
     if (command == ID) {
         return (uint8_t)(fake_flash.id >> (16 - (chip.bits - 9) / 8 % 3 * 8));
     }
     *bits = 32;
-    return command == READ && chip.bits > 32 ? fake_flash.contents[((chip.command & LAST) + (chip.bits - 33) / 8) & LAST] : 0xff;
+    if (command != READ || chip.bits <= 32) {
+        return 0xff;
+    }
+    return fake_flash.contents[((chip.command & LAST) + (chip.bits - 33) / 8) & LAST];
 }
 
 uint32_t flash_r_read(void)

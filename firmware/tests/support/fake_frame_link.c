@@ -21,8 +21,8 @@
 #define CHUNK     PROTOCOL_CHUNK_SIZE
 #define WORDS_MAX 256
 
-/* Datagrams of a run that go out while time passes once. */
-#define RUN_BURST 32
+/* Datagrams of a burst that are sent per step of time. */
+#define DATAGRAMS_PER_STEP 32
 
 fake_frame_link_t fake_frame_link = {.max_chunks = 1024, .address = 0xc0a80132, .port = PROTOCOL_UDP_PORT};
 
@@ -37,7 +37,7 @@ static struct {
     bool     enable;
     uint32_t token;
     peer_t   peer;
-    uint32_t frame_id, base, pixels;  /* Of the slot to open. */
+    uint32_t frame_id, base, pixels;  /* Staged for the slot to open. */
     struct {
         bool     open;
         uint32_t frame_id, base, pixels, missing;
@@ -55,7 +55,7 @@ static struct {
     uint32_t arrived_index;
     uint32_t mailbox_base;
     uint8_t  produced, consumed;
-    job_t    staged, reply, run;
+    job_t    staged, reply, burst;
     bool     abort;
     uint32_t received, sent, malformed, overrun, foreign, unfit, chunks, repeated, while_matching;
 } regs;
@@ -78,7 +78,7 @@ static uint32_t pitch_of(uint32_t pixels)
     return (pixels + CHUNK - 1) / CHUNK * CHUNK;
 }
 
-/* What is under way comes to its end. */
+/* Operations in progress end. */
 static void settle(void)
 {
     if (fake_frame_link.hang) {
@@ -159,7 +159,7 @@ static void take_chunk(const peer_t *peer, const message_t *message)
     }
 }
 
-/* Everything that comes in. */
+/* Receiving. */
 
 static void put_in_mailbox(const peer_t *peer, const uint8_t *bytes, size_t length)
 {
@@ -196,7 +196,7 @@ void fake_frame_link_receive(const peer_t *peer, const uint8_t *bytes, size_t le
     }
 }
 
-/* Everything that goes out. */
+/* Sending. */
 
 static bool send_message(const peer_t *peer, const message_t *message)
 {
@@ -209,7 +209,7 @@ static bool send_message(const peer_t *peer, const message_t *message)
     return true;
 }
 
-/* Sends the first message of a job, `length` bytes of payload; returns whether it is out. */
+/* Sends the first message of a job with `length` bytes of payload; returns whether it was sent. */
 static bool send_one(const job_t *job, uint32_t length)
 {
     message_t message = job->first;
@@ -222,20 +222,20 @@ static bool send_one(const job_t *job, uint32_t length)
 
 static void advance_run(void)
 {
-    job_t *run = &regs.run;
+    job_t *burst = &regs.burst;
 
-    for (unsigned turn = 0; turn < RUN_BURST && run->busy && !regs.abort; turn++) {
-        uint32_t length = run->length < CHUNK ? run->length : CHUNK;
+    for (unsigned sent = 0; sent < DATAGRAMS_PER_STEP && burst->busy && !regs.abort; sent++) {
+        uint32_t length = burst->length < CHUNK ? burst->length : CHUNK;
 
-        if (!send_one(run, length)) {
+        if (!send_one(burst, length)) {
             return;
         }
-        run->length       -= length;
-        run->base         += CHUNK;
-        run->first.offset += CHUNK;
-        run->busy          = run->length > 0;
+        burst->length       -= length;
+        burst->base         += CHUNK;
+        burst->first.offset += CHUNK;
+        burst->busy          = burst->length > 0;
     }
-    run->busy  = run->busy && !regs.abort;
+    burst->busy  = burst->busy && !regs.abort;
     regs.abort = false;
 }
 
@@ -259,7 +259,7 @@ unsigned fake_frame_link_waiting(void)
 
 bool fake_frame_link_busy(void)
 {
-    return regs.clearing || regs.chunk.busy || regs.reply.busy || regs.run.busy || fake_frame_link_waiting() > 0
+    return regs.clearing || regs.chunk.busy || regs.reply.busy || regs.burst.busy || fake_frame_link_waiting() > 0
         || fake_stream_sending();
 }
 
@@ -381,15 +381,15 @@ void frame_link_send_control_write(uint8_t value)
         regs.reply      = regs.staged;
         regs.reply.busy = true;
     }
-    if ((value & 2) != 0 && !regs.run.busy) {
-        regs.run      = regs.staged;
-        regs.run.busy = true;
+    if ((value & 2) != 0 && !regs.burst.busy) {
+        regs.burst      = regs.staged;
+        regs.burst.busy = true;
         regs.abort    = false;
     }
-    regs.abort |= (value & 4) != 0 && regs.run.busy;
+    regs.abort |= (value & 4) != 0 && regs.burst.busy;
 }
 
 uint8_t frame_link_send_status_read(void)
 {
-    return (uint8_t)(regs.reply.busy | regs.run.busy << 1);
+    return (uint8_t)(regs.reply.busy | regs.burst.busy << 1);
 }

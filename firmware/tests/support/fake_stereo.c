@@ -63,14 +63,15 @@ static void match(const uint8_t *left, const uint8_t *right)
 {
     uint32_t *scratch = malloc(4 * stereo_bm_scratch_words(&regs.settings));
 
-    /* What the computation takes on this computer is no time of the device. */
+    /* Computing on this computer takes no time of the device. */
     regs.ready  = fake_stereo.clock() + regs.clocks;
     regs.result = malloc(map_size());
     stereo_bm(&regs.settings, left, right, regs.result, scratch);
     free(scratch);
 }
 
-/* Matches a streamed frame once its pixels are in. The parts of its map go out while the clock says it is matched. */
+/* Matches a streamed frame once its pixels have arrived. The parts of its map are sent while the clock says it is
+ * matched. */
 static void match_stream(void)
 {
     const uint8_t *pairs = fake_stream_pairs();
@@ -105,7 +106,7 @@ static void start(void)
         end(CODE_CONFIG);
         return;
     }
-    /* The images are read now and the map is written at the end, as the firmware must allow for. */
+    /* The images are read now and the map is written at the end: the firmware must allow for both. */
     if (!regs.streamed) {
         match(memory_at(regs.left), memory_at(regs.right));
     }

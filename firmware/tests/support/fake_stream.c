@@ -15,8 +15,8 @@
 #define CHUNK     PROTOCOL_CHUNK_SIZE
 #define BYTES_MAX (1u << 20)  /* Pairs of a frame, and its map. */
 
-/* Parts that go out while time passes once. */
-#define BURST 2
+/* Parts that are sent per step of time. */
+#define PARTS_PER_STEP 2
 
 fake_stream_staged_t fake_stream_staged;
 
@@ -24,7 +24,7 @@ static struct stream {
     bool     open, sending;
     peer_t   peer;
     uint32_t token, frame_id, sequence;
-    uint32_t size, taken;  /* Bytes: of all pairs, and of those that are in. */
+    uint32_t size, taken;  /* Bytes: of all pairs, and of those that have arrived. */
     uint32_t map_size, sent;
     unsigned random;
     uint8_t  pairs[BYTES_MAX];
@@ -33,7 +33,7 @@ static struct stream {
 
 void fake_stream_reset(void)
 {
-    /* The pixels may stay: nothing says any more that there are some. */
+    /* The pixels may stay: they are no longer valid. */
     memset(&stream, 0, offsetof(struct stream, pairs));
     stream.random = 1;
 }
@@ -52,7 +52,7 @@ void fake_stream_open(uint32_t token, const peer_t *peer)
     stream.map_size = stream.sent = 0;
 }
 
-/* A link that hangs does not even see that nothing is left to send. */
+/* A link that hangs does not notice either that nothing remains to be sent. */
 void fake_stream_close(void)
 {
     stream.open  = false;
@@ -105,7 +105,7 @@ void fake_stream_map(const void *map, uint32_t size)
     stream.sending  = true;
 }
 
-/* At random there is no room for a part. */
+/* At random intervals there is no room for a part. */
 static bool is_skipped(void)
 {
     return fake_frame_link.skips != 0 && next_random(&stream.random) % fake_frame_link.skips == 0;
@@ -113,7 +113,7 @@ static bool is_skipped(void)
 
 void fake_stream_advance(bool (*send)(const peer_t *peer, const message_t *message))
 {
-    for (unsigned turn = 0; turn < BURST && stream.sent < stream.map_size; turn++) {
+    for (unsigned count = 0; count < PARTS_PER_STEP && stream.sent < stream.map_size; count++) {
         uint32_t  rest = stream.map_size - stream.sent;
         message_t part = {
             .version  = PROTOCOL_VERSION,

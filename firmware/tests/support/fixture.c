@@ -40,7 +40,7 @@ static void stop(void *context, frame_t *frame)
 void set_up(void)
 {
     memset(memory, CANARY, sizeof(memory));
-    look_at_memory();
+    save_memory();
     memset(&counters, 0, sizeof(counters));
     stops  = 0;
     token  = 0;
@@ -129,7 +129,7 @@ void require_error(enum protocol_error code, uint32_t detail)
     REQUIRE(get_u16(reply.payload) == code && get_u32(reply.payload + 4) == detail);
 }
 
-void look_at_memory(void)
+void save_memory(void)
 {
     memcpy(seen, memory, sizeof(memory));
 }

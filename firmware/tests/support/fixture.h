@@ -4,7 +4,7 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-/* A session with memory that notices stray writes, and short ways to ask it something. */
+/* A session whose memory detects stray writes, and helpers that send it requests. */
 
 #ifndef FIXTURE_H
 #define FIXTURE_H
@@ -16,29 +16,29 @@
 #define CANARY  0xa5
 #define NOBODY  0u
 
-/** The session asked. */
+/** The session under test. */
 extern session_t session;
-/** Where its frames are. */
+/** Its frames. */
 extern frame_pool_t pool;
-/** What it counts. */
+/** Its counters. */
 extern counters_t counters;
-/** What it says it is; to be changed before set_up(). */
+/** Its description of the device; change it before set_up(). */
 extern device_info_t device_info;
-/** Matches stopped by it. */
+/** Number of matches that it stopped. */
 extern unsigned stops;
-/** Token that requests carry. */
+/** Token in requests. */
 extern uint32_t token;
 /** The last reply and its payload. */
 extern message_t reply;
-/** Whom requests come from; the serial line after set_up(). */
+/** Sender of requests; the serial line after set_up(). */
 extern peer_t peer;
-/** Clock of the last request; each comes 1000 clocks after the one before. */
+/** Clock of the last request; each is 1000 clocks after the previous one. */
 extern uint64_t uptime;
 
 /** A new session server, without a session; memory is all canaries. */
 void set_up(void);
 
-/** Says hello and keeps the token. */
+/** Sends a HELLO and keeps the token. */
 void hello(uint32_t nonce);
 
 /** Sends a request; returns whether there is a reply, which is in `reply`. */
@@ -47,19 +47,19 @@ bool request(uint8_t type, uint32_t frame_id, uint32_t offset, const void *paylo
 /** Sends a request that has a reply; returns the type of the reply, which is in `reply`. */
 uint8_t ask(uint8_t type, uint32_t frame_id, uint32_t offset, const void *payload, uint32_t length);
 
-/** Opens a frame of that size; returns the type of the reply. */
+/** Opens a frame of this size; returns the type of the reply. */
 uint8_t open_frame(uint32_t frame_id, uint16_t width, uint16_t height);
 
 /** Brings a new frame of 61 x 43 pixels to a state. */
 frame_t *make_frame(uint32_t frame_id, frame_state_t state);
 
-/** Requires that the last reply was that error. */
+/** Requires that the last reply was this error. */
 void require_error(enum protocol_error code, uint32_t detail);
 
-/** Requires that the memory of all slots is as it was when it was last looked at. */
+/** Requires that the memory of all slots is as at the last save_memory(). */
 void require_untouched(void);
 
-/** Takes the memory as it is for what require_untouched() wants to see. */
-void look_at_memory(void);
+/** Saves the memory of all slots for require_untouched(). */
+void save_memory(void);
 
 #endif

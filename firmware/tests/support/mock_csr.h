@@ -4,29 +4,29 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-/* Registers that expect accesses in an order that a test writes down beforehand. */
+/* Mock registers that expect accesses in the order that a test has listed. */
 
 #ifndef MOCK_CSR_H
 #define MOCK_CSR_H
 
 #include <stdint.h>
 
-/** The next access is a read of that register, and it yields `value`. */
+/** Expects a read of this register, which yields `value`. */
 void expect_read(const char *name, uint32_t value);
 
-/** The next access is a write of `value` to that register. */
+/** Expects a write of `value` to this register. */
 void expect_write(const char *name, uint32_t value);
 
-/** The next access is the call of a function of the platform. */
+/** Expects a call of this function of the platform. */
 void expect_call(const char *name);
 
-/** All expected accesses have been made. */
+/** Requires that all expected accesses have been made. */
 void require_all_done(void);
 
 /** An access: 'r' of a register, 'w' of a value to it, or 'c' of a function; returns the value that is read. */
 uint32_t mock_take(char kind, const char *name, uint32_t value);
 
-/** Time that clock_now() gives, and how much it goes on at each look. */
+/** Time that clock_now() returns, and its step per call. */
 extern uint64_t mock_clock, mock_clock_step;
 
 #endif

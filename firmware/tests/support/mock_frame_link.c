@@ -4,7 +4,7 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-/* Registers of the frame link that expect accesses in an order that a test writes down beforehand. */
+/* Mock registers of the frame link that expect accesses in the order that a test has listed. */
 
 #include "generated/csr.h"
 #include "mock_csr.h"

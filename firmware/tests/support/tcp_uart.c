@@ -23,7 +23,7 @@
 
 static struct {
     int     listener;
-    int     client;  /* -1 while nobody is connected. */
+    int     client;  /* -1 while no client is connected. */
     uint8_t in[65536];
     size_t  in_length, in_used;
     uint8_t out[65536];

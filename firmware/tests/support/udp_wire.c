@@ -14,8 +14,8 @@
 
 #include "fake_frame_link.h"
 
-/* Datagrams taken in one turn, and requests that may wait in the mailbox meanwhile. The firmware answers a request
- * while another comes over a wire; here it would lose some to whoever sends a few at once. */
+/* Datagrams received per poll, and requests that may wait in the mailbox. The firmware answers a request
+ * while the next one arrives over a wire; here it would lose some of those that are sent at once. */
 #define BURST    64
 #define REQUESTS 4
 
@@ -32,7 +32,7 @@ static bool send_datagram(const peer_t *peer, const uint8_t *bytes, size_t lengt
     };
     ssize_t sent = sendto(wire, bytes, length, MSG_DONTWAIT, (struct sockaddr *)&to, sizeof(to));
 
-    /* Whatever else goes wrong loses the datagram, as a wire would. */
+    /* Any other error loses the datagram, as a wire would. */
     return sent >= 0 || (errno != EAGAIN && errno != EINTR);
 }
 
@@ -48,7 +48,7 @@ uint16_t udp_wire_listen(uint16_t port)
 
     wire = socket(AF_INET, SOCK_DGRAM, 0);
     if (setsockopt(wire, SOL_SOCKET, SO_RCVBUFFORCE, &bytes, sizeof(bytes)) != 0) {
-        /* Only root gets more than the system's limit. */
+        /* Only root may exceed the system's limit. */
         setsockopt(wire, SOL_SOCKET, SO_RCVBUF, &bytes, sizeof(bytes));
     }
     if (bind(wire, (struct sockaddr *)&address, length) != 0) {

@@ -17,7 +17,7 @@ uint16_t udp_wire_listen(uint16_t port);
 /** The socket to wait for, or -1. */
 int udp_wire_socket(void);
 
-/** Gives the fake frame link what has come, but not so many requests that its mailbox overflows. */
+/** Passes received datagrams to the fake frame link, but not so many requests that its mailbox overflows. */
 void udp_wire_receive(void);
 
 #endif
