@@ -8,12 +8,10 @@
 
 #include <string.h>
 
-#include "platform.h"
-
-/* The SoC's constants say where the images are. */
-#if defined(CSR_FLASH_BASE) && defined(FLASH_IMAGES)
-
 #include "flash_pins.h"
+
+/* Whether the SoC has a flash, and constants that say where its images are. */
+#define HAS_FLASH (FLASH_IMAGES > 0)
 
 enum {
     COMMAND_PROGRAM      = 0x02,
@@ -68,15 +66,18 @@ status_t flash_init(flash_t *flash, uint32_t clock_hz)
     uint32_t maker, capacity;
 
     memset(flash, 0, sizeof(*flash));
+    flash->clock_hz      = clock_hz;
+    if (!HAS_FLASH) {
+        return STATUS_UNSUPPORTED;
+    }
     flash->images        = FLASH_IMAGES;
     flash->images_offset = FLASH_IMAGES_OFFSET;
     flash->image_bytes   = FLASH_IMAGE_BYTES;
-    flash->clock_hz      = clock_hz;
     flash->id            = read_id();
     maker                = flash->id >> 16;
     capacity             = flash->id & 0xff;
     if (maker == 0 || maker == 0xff || capacity < LEAST_CAPACITY || capacity > MOST_CAPACITY
-        || FLASH_IMAGES_OFFSET + FLASH_IMAGES * FLASH_IMAGE_BYTES > 1u << capacity) {
+        || flash->images_offset + flash->images * flash->image_bytes > 1u << capacity) {
         return STATUS_UNSUPPORTED;
     }
     return STATUS_OK;
@@ -116,6 +117,9 @@ status_t flash_begin_erase(flash_t *flash, uint32_t address, uint64_t clock)
 {
     status_t status;
 
+    if (!HAS_FLASH) {
+        return STATUS_UNSUPPORTED;
+    }
     if (!is_writable(flash, address, FLASH_SECTOR_BYTES, FLASH_SECTOR_BYTES)) {
         return STATUS_BAD_ARGUMENT;
     }
@@ -130,6 +134,9 @@ status_t flash_begin_program(flash_t *flash, uint32_t address, const uint8_t *da
 {
     status_t status;
 
+    if (!HAS_FLASH) {
+        return STATUS_UNSUPPORTED;
+    }
     if (!is_writable(flash, address, length, FLASH_PAGE_BYTES)) {
         return STATUS_BAD_ARGUMENT;
     }
@@ -145,6 +152,9 @@ status_t flash_begin_program(flash_t *flash, uint32_t address, const uint8_t *da
 
 status_t flash_poll(const flash_t *flash, uint64_t clock)
 {
+    if (!HAS_FLASH) {
+        return STATUS_UNSUPPORTED;
+    }
     if ((read_status() & STATUS_BIT_BUSY) == 0) {
         return STATUS_OK;
     }
@@ -154,47 +164,5 @@ status_t flash_poll(const flash_t *flash, uint64_t clock)
 bool flash_is_protected(const flash_t *flash)
 {
     (void)flash;
-    return (read_status() & STATUS_BITS_PROTECTED) != 0;
+    return HAS_FLASH && (read_status() & STATUS_BITS_PROTECTED) != 0;
 }
-
-#else
-
-status_t flash_init(flash_t *flash, uint32_t clock_hz)
-{
-    memset(flash, 0, sizeof(*flash));
-    flash->clock_hz = clock_hz;
-    return STATUS_UNSUPPORTED;
-}
-
-status_t flash_begin_erase(flash_t *flash, uint32_t address, uint64_t clock)
-{
-    (void)flash;
-    (void)address;
-    (void)clock;
-    return STATUS_UNSUPPORTED;
-}
-
-status_t flash_begin_program(flash_t *flash, uint32_t address, const uint8_t *data, uint32_t length, uint64_t clock)
-{
-    (void)flash;
-    (void)address;
-    (void)data;
-    (void)length;
-    (void)clock;
-    return STATUS_UNSUPPORTED;
-}
-
-status_t flash_poll(const flash_t *flash, uint64_t clock)
-{
-    (void)flash;
-    (void)clock;
-    return STATUS_UNSUPPORTED;
-}
-
-bool flash_is_protected(const flash_t *flash)
-{
-    (void)flash;
-    return false;
-}
-
-#endif

@@ -8,10 +8,6 @@
 
 #include "litestereo/flash.h"
 
-#include <generated/csr.h>
-
-#ifdef CSR_FLASH_BASE
-
 #include "flash_pins.h"
 
 enum { COMMAND_READ = 0x03 };
@@ -36,17 +32,3 @@ void flash_read(uint32_t address, void *data, uint32_t length)
     flash_w_write(OUTPUT | SELECT);
     flash_w_write(OUTPUT);
 }
-
-#else
-
-void flash_read(uint32_t address, void *data, uint32_t length)
-{
-    uint8_t *bytes = data;
-
-    (void)address;
-    while (length-- > 0) {
-        *bytes++ = 0xff;
-    }
-}
-
-#endif

@@ -8,22 +8,25 @@
 
 #include <stddef.h>
 
-#include "frame_link_csr.h"
 #include "lib/bytes.h"
+#include "platform.h"
 
-#define CONTROL_ENABLE (1u << 0)
+#define CONTROL_ENABLE REGISTER_BIT(FRAME_LINK_CONTROL_ENABLE)
 
-#define SLOT_OPEN     (1u << 8)  /* Of slot_control, next to the number of the slot. */
-#define SLOT_CLOSE    (1u << 9)
-#define SLOT_CLEARING (1u << 0)  /* Of slot_status. */
-#define SLOT_WRITING  (1u << 1)
+#define SLOT_OPEN      REGISTER_BIT(FRAME_LINK_SLOT_CONTROL_OPEN)
+#define SLOT_CLOSE     REGISTER_BIT(FRAME_LINK_SLOT_CONTROL_CLOSE)
+#define SLOT_CLEARING  REGISTER_BIT(FRAME_LINK_SLOT_STATUS_CLEARING)
+#define SLOT_WRITING   REGISTER_BIT(FRAME_LINK_SLOT_STATUS_WRITING)
 
-#define SEND_REPLY    (1u << 0)  /* Of send_control; of send_status the first two. */
-#define SEND_BURST      (1u << 1)
-#define SEND_ABORT    (1u << 2)
+#define SEND_REPLY     REGISTER_BIT(FRAME_LINK_SEND_CONTROL_REPLY)
+#define SEND_BURST     REGISTER_BIT(FRAME_LINK_SEND_CONTROL_RUN)
+#define SEND_ABORT     REGISTER_BIT(FRAME_LINK_SEND_CONTROL_ABORT)
+#define REPLY_BUSY     REGISTER_BIT(FRAME_LINK_SEND_STATUS_REPLY_BUSY)
+#define BURST_BUSY     REGISTER_BIT(FRAME_LINK_SEND_STATUS_RUN_BUSY)
 
-#define STREAM_OPEN    (1u << 0)  /* Of stream_control, and of stream_status: pairs are missing. */
-#define STREAM_CLOSE   (1u << 1)  /* Of stream_control. */
+#define STREAM_OPEN    REGISTER_BIT(FRAME_LINK_STREAM_CONTROL_OPEN)
+#define STREAM_CLOSE   REGISTER_BIT(FRAME_LINK_STREAM_CONTROL_CLOSE)
+#define STREAM_WAITING REGISTER_BIT(FRAME_LINK_STREAM_STATUS_OPEN)  /* Pairs are missing. */
 
 #define ENTRY_PORT    4u  /* Offsets in an entry of the mailbox, bytes. */
 #define ENTRY_LENGTH  6u
@@ -60,12 +63,12 @@ static bool is_writing(void)
 
 static bool is_sending_reply(void)
 {
-    return (frame_link_send_status_read() & SEND_REPLY) != 0;
+    return (frame_link_send_status_read() & REPLY_BUSY) != 0;
 }
 
 static bool is_sending_burst(void)
 {
-    return (frame_link_send_status_read() & SEND_BURST) != 0;
+    return (frame_link_send_status_read() & BURST_BUSY) != 0;
 }
 
 static bool is_power_of_two(uint32_t value)
@@ -195,7 +198,7 @@ status_t frame_link_close_slot(frame_link_t *link, unsigned slot)
     begin  = clock_now();
     status = frame_link_slot_status_read();
     /* Wait for chunks of this slot only: those of other slots may keep the gateware writing for any time. */
-    while ((status & SLOT_WRITING) != 0 && ((status >> 4) & 0xf) == slot) {
+    while ((status & SLOT_WRITING) != 0 && REGISTER_FIELD(FRAME_LINK_SLOT_STATUS_SLOT, status) == slot) {
         if (clock_now() - begin > WAIT_BUDGET) {
             return STATUS_TIMEOUT;
         }
@@ -347,7 +350,7 @@ uint32_t frame_link_stream_wanted(const frame_link_t *link)
 
     (void)link;
     /* The offset is read first: if the last pairs arrive before the status is read, it is not used. */
-    return (frame_link_stream_status_read() & STREAM_OPEN) != 0 ? offset : PROTOCOL_NO_OFFSET;
+    return (frame_link_stream_status_read() & STREAM_WAITING) != 0 ? offset : PROTOCOL_NO_OFFSET;
 }
 
 status_t frame_link_close_stream(frame_link_t *link)

@@ -9,11 +9,10 @@
 #ifndef LITESTEREO_DRIVERS_PLATFORM_H
 #define LITESTEREO_DRIVERS_PLATFORM_H
 
-#include <generated/csr.h>
-#include <generated/soc.h>
 #include <libbase/uart.h>
 
 #include "litestereo/platform.h"
+#include "registers.h"
 
 /* Bytes that the UART's FIFOs hold: LiteX's default unless the SoC defines them. */
 #ifndef UART_RX_FIFO_DEPTH

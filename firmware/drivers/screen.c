@@ -10,8 +10,6 @@
 
 #include "platform.h"
 
-#ifdef CSR_VIDEO_FRAMEBUFFER_BASE
-
 enum { WIDTH = VIDEO_FRAMEBUFFER_HRES, HEIGHT = VIDEO_FRAMEBUFFER_VRES, PICTURE_BYTES = WIDTH * HEIGHT };
 
 /* Bytes; more than any memory port needs. */
@@ -35,6 +33,9 @@ size_t screen_bytes(void)
 status_t screen_init(screen_t *screen, uint8_t *memory)
 {
     *screen = (screen_t){0};
+    if (PICTURE_BYTES == 0) {
+        return STATUS_UNSUPPORTED;
+    }
     if (memory == NULL || (uintptr_t)memory % ALIGNMENT != 0) {
         return STATUS_BAD_ARGUMENT;
     }
@@ -59,30 +60,3 @@ void screen_show(screen_t *screen)
         screen->hidden ^= 1;
     }
 }
-
-#else
-
-size_t screen_bytes(void)
-{
-    return 0;
-}
-
-status_t screen_init(screen_t *screen, uint8_t *memory)
-{
-    (void)memory;
-    *screen = (screen_t){0};
-    return STATUS_UNSUPPORTED;
-}
-
-uint8_t *screen_hidden(const screen_t *screen)
-{
-    (void)screen;
-    return NULL;
-}
-
-void screen_show(screen_t *screen)
-{
-    (void)screen;
-}
-
-#endif

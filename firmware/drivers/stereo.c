@@ -10,17 +10,16 @@
 
 #include "platform.h"
 
-#define CONTROL_START (1u << 0)
-#define CONTROL_ABORT (1u << 1)
-#define STATE_BUSY    (1u << 0)
+#define CONTROL_START   REGISTER_BIT(STEREO_CONTROL_START)
+#define CONTROL_ABORT   REGISTER_BIT(STEREO_CONTROL_ABORT)
 
-#define EVENT_DONE    (1u << 0)
-#define EVENT_ERROR   (1u << 1)
+#define EVENT_DONE      REGISTER_BIT(STEREO_EV_PENDING_DONE)
+#define EVENT_ERROR     REGISTER_BIT(STEREO_EV_PENDING_ERROR)
 
-#define OPTION_XSOBEL   (1u << 0)
-#define OPTION_SUBPIXEL (1u << 1)
-#define OPTION_MEDIAN   (1u << 2)
-#define OPTION_STREAMED (1u << 3)
+#define OPTION_XSOBEL   REGISTER_BIT(STEREO_OPTIONS_XSOBEL)
+#define OPTION_SUBPIXEL REGISTER_BIT(STEREO_OPTIONS_SUBPIXEL)
+#define OPTION_MEDIAN   REGISTER_BIT(STEREO_OPTIONS_MEDIAN)
+#define OPTION_STREAMED REGISTER_BIT(STEREO_OPTIONS_STREAMED)
 #define NO_CHECK        255u  /* As disp12_max_diff. */
 
 /* The matcher needs a clock per pixel if memory keeps up. Sixteen clocks allow for a slow and busy memory, the constant
@@ -31,9 +30,15 @@
 /* Clocks that an abort may take: many times the longest burst. */
 #define ABORT_BUDGET 100000u
 
+#define FEATURE_IS(name) (STEREO_FEATURE_##name == REGISTER_BIT(STEREO_FEATURES_##name))
+
+_Static_assert(FEATURE_IS(XSOBEL) && FEATURE_IS(RAW) && FEATURE_IS(TEXTURE) && FEATURE_IS(UNIQUENESS)
+    && FEATURE_IS(SUBPIXEL) && FEATURE_IS(LEFT_RIGHT) && FEATURE_IS(MIN_DISPARITY) && FEATURE_IS(MEDIAN),
+    "enum stereo_feature has the bits of the register");
+
 static bool is_busy(void)
 {
-    return (stereo_status_read() & STATE_BUSY) != 0;
+    return (stereo_status_read() & REGISTER_BIT(STEREO_STATUS_BUSY)) != 0;
 }
 
 /* Clears events that have not been handled. */
@@ -227,7 +232,7 @@ status_t stereo_submit(stereo_t *stereo, const stereo_job_t *job, uint64_t clock
 
 static stereo_error_t read_error(void)
 {
-    return (stereo_error_t)((stereo_status_read() >> 8) & 0xf);
+    return (stereo_error_t)REGISTER_FIELD(STEREO_STATUS_ERROR, stereo_status_read());
 }
 
 static status_t give_up(stereo_t *stereo, uint64_t clock, stereo_result_t *result)

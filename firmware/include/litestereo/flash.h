@@ -6,7 +6,7 @@
 
 /* The SPI flash with bitstream and firmware, whose pins the CPU drives by software. Only the images of the firmware can
  * be written, because the FPGA loads the rest. Erasing and programming take time: begin them, then poll for their end.
- * In a SoC without a flash flash_init returns STATUS_UNSUPPORTED, and so do the other functions. */
+ * In a SoC without a flash all functions that return a status return STATUS_UNSUPPORTED. */
 
 #ifndef LITESTEREO_FLASH_H
 #define LITESTEREO_FLASH_H

@@ -10,6 +10,7 @@
 
 #include "drivers/screen.c"
 
+#include "mock_csr.h"
 #include "require.h"
 
 int main(void)
@@ -21,5 +22,6 @@ int main(void)
     REQUIRE(screen_init(&screen, memory) == STATUS_UNSUPPORTED && memory[0] == 7);
     REQUIRE(screen.width == 0 && screen.height == 0 && screen_hidden(&screen) == NULL);
     screen_show(&screen);
+    require_all_done();
     return 0;
 }

@@ -52,7 +52,7 @@ def test_what_is_not_run_is_seen():
     cobs = once["link/protocol/cobs.c"]
     assert cobs.lines_run == len(cobs.lines)
     assert twice["link/protocol/cobs.c"].lines == {line: 2*count for line, count in cobs.lines.items()}
-    # It asks for one function of that driver.
+    # It calls one function of that file.
     missed = more["lib/stereo_settings.c"].missed_lines
     assert missed
     assert f"line {missed[0]} is not run" in firmware.page(more, missed=True)
