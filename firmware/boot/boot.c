@@ -18,11 +18,12 @@
 #include <liblitedram/sdram.h>
 #include <system.h>
 
+#include <litestereo/flash.h>
+
 #include <stdint.h>
 #include <stdio.h>
 
-/* An image has a header of eight bytes before the firmware. */
-enum { LARGEST_BYTES = FLASH_IMAGE_BYTES - 8 };
+enum { LARGEST_BYTES = FLASH_IMAGE_BYTES - FLASH_HEADER_BYTES };
 
 static void say(const char *text)
 {

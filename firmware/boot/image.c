@@ -9,11 +9,13 @@
 #include <litestereo/crc32.h>
 #include <litestereo/flash.h>
 
-/* The header before the firmware in flash, little-endian; LiteX's BIOS has the same. */
+/* The header before the firmware. */
 typedef struct {
     uint32_t length_bytes;
     uint32_t crc32;
 } image_header_t;
+
+_Static_assert(sizeof(image_header_t) == FLASH_HEADER_BYTES, "an update writes the same header");
 
 uint32_t image_load(uint32_t address, void *memory, uint32_t room_bytes)
 {

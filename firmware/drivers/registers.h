@@ -17,7 +17,7 @@
 
 #include <stdint.h>
 
-/* Mask of a field of one bit, such as REGISTER_BIT(STEREO_CONTROL_START). */
+/* Mask of the lowest bit of a field, such as REGISTER_BIT(STEREO_CONTROL_START). */
 #define REGISTER_BIT(field) (1u << CSR_##field##_OFFSET)
 
 /* Value of a field in the value of its register. */

@@ -19,6 +19,9 @@
 #define FLASH_SECTOR_BYTES 4096u
 #define FLASH_PAGE_BYTES   256u
 
+/** Bytes of an image before the firmware: length and CRC-32, two little-endian words, as in LiteX's BIOS. */
+#define FLASH_HEADER_BYTES 8u
+
 /** A flash; read-only for the caller. */
 typedef struct {
     uint32_t id;             /**< JEDEC id, a byte each: manufacturer, type, log2 of the capacity in bytes. */

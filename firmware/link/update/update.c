@@ -26,7 +26,7 @@ static uint32_t smaller(uint32_t one, uint32_t other)
 
 static uint32_t image_size(const update_t *update)
 {
-    return UPDATE_HEADER_SIZE + update->length;
+    return FLASH_HEADER_BYTES + update->length;
 }
 
 static uint32_t image_address(const update_t *update)
@@ -41,7 +41,7 @@ void update_init(update_t *update, flash_t *flash, uint8_t *memory)
 
 uint32_t update_room(const update_t *update)
 {
-    return update->flash->image_bytes - UPDATE_HEADER_SIZE;
+    return update->flash->image_bytes - FLASH_HEADER_BYTES;
 }
 
 bool update_is_running(const update_t *update)
@@ -95,7 +95,7 @@ status_t update_store(update_t *update, uint32_t offset, const uint8_t *chunk, u
     if (length != expected) {
         return STATUS_LENGTH;
     }
-    copy_bytes(update->image + UPDATE_HEADER_SIZE + offset, chunk, length);
+    copy_bytes(update->image + FLASH_HEADER_BYTES + offset, chunk, length);
     return STATUS_OK;
 }
 
@@ -151,7 +151,7 @@ static void check(update_t *update)
 {
     uint32_t length = smaller(update->length - update->position, BYTES_PER_CHECK);
 
-    update->found = crc32_update(update->found, update->image + UPDATE_HEADER_SIZE + update->position, length);
+    update->found = crc32_update(update->found, update->image + FLASH_HEADER_BYTES + update->position, length);
     update->position += length;
     if (update->position < update->length) {
         return;
@@ -178,18 +178,18 @@ static status_t read_piece(update_t *update)
     uint32_t length;
 
     if (update->position == 0) {
-        flash_read(address, bytes, UPDATE_HEADER_SIZE);
+        flash_read(address, bytes, FLASH_HEADER_BYTES);
         update->expected = get_u32(bytes);
         update->stored   = get_u32(bytes + 4);
         update->found    = 0;
-        update->position = UPDATE_HEADER_SIZE;
+        update->position = FLASH_HEADER_BYTES;
         return update->expected > 0 && update->expected <= update_room(update) ? STATUS_BUSY : STATUS_CRC;
     }
-    length = smaller(UPDATE_HEADER_SIZE + update->expected - update->position, PAGE);
+    length = smaller(FLASH_HEADER_BYTES + update->expected - update->position, PAGE);
     flash_read(address + update->position, bytes, length);
     update->found     = crc32_update(update->found, bytes, length);
     update->position += length;
-    if (update->position < UPDATE_HEADER_SIZE + update->expected) {
+    if (update->position < FLASH_HEADER_BYTES + update->expected) {
         return STATUS_BUSY;
     }
     return update->found == update->stored ? STATUS_OK : STATUS_CRC;

@@ -24,9 +24,6 @@
 #include "litestereo/flash.h"
 #include "litestereo/status.h"
 
-/** Bytes of an image before the firmware: its length and its CRC-32. */
-#define UPDATE_HEADER_SIZE 8u
-
 /** States of an update, as the link protocol numbers them. */
 typedef enum {
     UPDATE_EMPTY    = 0,  /**< There is no firmware. */

@@ -184,7 +184,7 @@ static void boot(void)
     }
     for (uint32_t image = 0; image < FLASH_IMAGES; image++) {
         uint32_t address = FLASH_IMAGES_OFFSET + image * FLASH_IMAGE_BYTES;
-        uint32_t length  = image_load(address, device.booted, FLASH_IMAGE_BYTES - 8);
+        uint32_t length  = image_load(address, device.booted, FLASH_IMAGE_BYTES - FLASH_HEADER_BYTES);
 
         if (length >= sizeof(firmware_tag)) {
             firmware_tag_t tag;

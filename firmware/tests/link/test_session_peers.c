@@ -94,7 +94,8 @@ static void count_all(void *context)
 
 static const session_transfer_t transfer = {
     .context = &gateware, .max_pixels = 5000, .set_session = set_session, .open_frame = open_frame_slot,
-    .refresh = refresh, .close_frame = close_frame_slot, .queue_read = queue_read, .forget_frame = forget, .update_counters = count_all,
+    .refresh = refresh, .close_frame = close_frame_slot,
+    .queue_read = queue_read, .forget_frame = forget, .update_counters = count_all,
 };
 
 static void start(void)
