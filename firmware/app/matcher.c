@@ -83,7 +83,7 @@ static void poll_running(matcher_t *matcher, frame_t *frame, uint64_t clock)
 }
 
 /* Opens the path of a streamed frame. STATUS_BUSY, for a second at most, until the previous map has been sent; then the
- * path is closed, and opened anew. */
+ * path is closed, and opened again. */
 static status_t open_stream(matcher_t *matcher, const frame_t *frame, uint64_t clock)
 {
     const frame_stream_t *stream = matcher->stream;
