@@ -20,7 +20,7 @@ from .soc import emitted
 
 SOAK     = Path(__file__).resolve().parent
 FIRMWARE = CHECKOUT / "firmware"
-WIRE     = CHECKOUT / "sim" / "modules" / "ethernet2socket"
+WIRE     = CHECKOUT / "sim" / "socs" / "modules" / "ethernet2socket"
 
 #: Sources that only the processor of the SoC can run.
 ELSEWHERE = {FIRMWARE / "app" / "main.c", FIRMWARE / "drivers" / "platform.c"}
