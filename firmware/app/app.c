@@ -12,13 +12,13 @@
 #include "litestereo/platform.h"
 #include "litestereo/watchdog.h"
 
-/* Bytes taken from the line in one turn. */
-#define BURST 256
+/* Most bytes from the line per poll. */
+#define MOST_BYTES 256
 
 static void write_line(void *context, const uint8_t *bytes, size_t length)
 {
     serial_send(context, bytes, length);
-    /* A slow line takes its time for a long text, but each piece of it is bounded. */
+    /* A long text on a slow line takes longer than the watchdog allows, but each piece of it is bounded. */
     watchdog_feed();
 }
 
@@ -47,7 +47,7 @@ static void describe(app_t *app)
     };
 }
 
-/* Without UDP, or with one that this firmware does not know, there is still the serial line. */
+/* Starts UDP. If the SoC has none, or one that this firmware does not support, there is still the serial line. */
 static void start_udp(app_t *app)
 {
     status_t status = frame_link_init(&app->udp, app->mailbox);
@@ -66,7 +66,7 @@ static void start_udp(app_t *app)
     }
 }
 
-/* Takes what an image needs from the memory for frames, if there is a flash to write it to. */
+/* Reserves memory for an update's image, if there is a flash to write it to. */
 static void prepare_update(app_t *app, uint8_t **memory, size_t *size)
 {
     size_t bytes;
@@ -83,7 +83,7 @@ static void prepare_update(app_t *app, uint8_t **memory, size_t *size)
     *size   -= bytes;
 }
 
-/* Takes the pictures' memory from that for frames, if there is a screen; a small memory is for frames alone. */
+/* Reserves memory for the screen's pictures, if there is a screen and enough memory remains for frames. */
 static void prepare_screen(app_t *app, uint8_t **memory, size_t *size)
 {
     size_t bytes = screen_bytes();
@@ -149,7 +149,7 @@ status_t app_init(app_t *app)
     return STATUS_OK;
 }
 
-/* A matcher that does not stop when it has to gets another chance; then only a reset helps. */
+/* Stops once more a matcher that did not stop; if that fails, only a reset helps. */
 static void recover(app_t *app)
 {
     if (app->stereo.statistics.stuck != app->stuck) {
@@ -162,7 +162,7 @@ static void recover(app_t *app)
 
 void app_poll(app_t *app)
 {
-    uint8_t  bytes[BURST];
+    uint8_t  bytes[MOST_BYTES];
     uint64_t clock  = clock_now();
     size_t   length = serial_receive(&app->serial, bytes, sizeof(bytes));
 

@@ -7,43 +7,43 @@
 #ifndef LITESTEREO_APP_APP_H
 #define LITESTEREO_APP_APP_H
 
-#include "link/udp_link.h"
-#include "litestereo/console.h"
+#include "console.h"
+#include "drivers/frame_link.h"
+#include "link/serial_link.h"
+#include "link/udp/udp_link.h"
+#include "link/update/update.h"
 #include "litestereo/flash.h"
-#include "litestereo/frame_link.h"
-#include "litestereo/map_view.h"
-#include "litestereo/matcher.h"
 #include "litestereo/reset.h"
 #include "litestereo/serial.h"
-#include "litestereo/serial_link.h"
-#include "litestereo/update.h"
+#include "map_view.h"
+#include "matcher.h"
 
-/** The whole firmware: drivers, frames, session, link and console, and how they hang together. */
+/** The whole firmware: drivers, frames, session, link and console, and their connections. */
 typedef struct {
-    reset_report_t reset;    /**< Why the SoC began anew. */
+    reset_report_t reset;    /**< Report of the last reset. */
     stereo_t      stereo;    /**< The accelerator. */
-    uint32_t      stuck;     /**< Times that it did not stop, as of the last look. */
-    serial_t      serial;    /**< The line. */
+    uint32_t      stuck;     /**< statistics.stuck at the last poll. */
+    serial_t      serial;    /**< The serial line. */
     flash_t       flash;     /**< Images of the firmware. */
-    update_t      update;    /**< Another firmware on its way there. */
+    update_t      update;    /**< Update of the firmware. */
     frame_pool_t  pool;      /**< Frames. */
-    counters_t    counters;  /**< What is counted. */
-    matcher_t     matcher;   /**< From the pool to the accelerator. */
-    screen_t      screen;    /**< What people see. */
-    map_view_t    view;      /**< From the pool to the screen. */
-    device_info_t info;      /**< What the device tells of itself. */
+    counters_t    counters;  /**< All counters. */
+    matcher_t     matcher;   /**< Passes frames from the pool to the accelerator. */
+    screen_t      screen;    /**< The screen. */
+    map_view_t    view;      /**< Shows maps from the pool on the screen. */
+    device_info_t info;      /**< The device's description of itself. */
     session_t     session;   /**< The protocol. */
-    serial_link_t link;      /**< The protocol on the line. */
-    console_t     console;   /**< People on the line. */
-    frame_link_t  udp;       /**< The gateware between UDP and memory. */
+    serial_link_t link;      /**< The protocol on the serial line. */
+    console_t     console;   /**< Commands on the serial line. */
+    frame_link_t  udp;       /**< Driver of the frame link. */
     udp_link_t    udp_link;  /**< The protocol over UDP. */
-    _Alignas(FRAME_ALIGNMENT) uint8_t mailbox[FRAME_LINK_MAILBOX_SIZE];  /**< Messages that came over UDP. */
+    _Alignas(FRAME_ALIGNMENT) uint8_t mailbox[FRAME_LINK_MAILBOX_SIZE];  /**< Received UDP messages. */
 } app_t;
 
-/** Brings everything up and greets; says on the line what is wrong if something is. */
+/** Initialises everything and prints a greeting; if that fails, prints why. */
 status_t app_init(app_t *app);
 
-/** One turn of the main loop. */
+/** One round of the main loop. */
 void app_poll(app_t *app);
 
 #endif

@@ -8,17 +8,17 @@
 #include <string.h>
 
 #include "commands.h"
+#include "lib/pattern.h"
 #include "litestereo/crc32.h"
 #include "litestereo/platform.h"
-#include "pattern.h"
-#include "stereo_bm.h"
+#include "reference/stereo_bm.h"
 
-/* Seeds of the pattern in the left and the right image. */
+/* Seeds of the patterns in the left and the right image. */
 #define LEFT_SEED  1u
 #define RIGHT_SEED 2u
 
-/* Matches a frame and tells how long it took. */
-typedef void (*run_t)(console_t *console, frame_t *frame);
+/* Matches a frame and prints how long it took. */
+typedef void (*measure_t)(console_t *console, frame_t *frame);
 
 /* Reads a number from 1 to `most`; 0 if the word is anything else. */
 static unsigned parse_number(const char *word, unsigned long most)
@@ -27,17 +27,6 @@ static unsigned parse_number(const char *word, unsigned long most)
     unsigned long value = strtoul(word, &end, 10);
 
     return *word >= '0' && *word <= '9' && *end == 0 && value <= most ? (unsigned)value : 0;
-}
-
-void print_failure(console_t *console, const char *command, const frame_t *frame)
-{
-    if (frame->result.error == ERROR_TIMEOUT) {
-        console_printf(console, "%s: FAILED: the matcher did not finish in %u clocks\n", command,
-            (unsigned)frame->result.detail);
-    } else {
-        console_printf(console, "%s: FAILED: the matcher ended with error %u\n", command,
-            (unsigned)frame->result.detail);
-    }
 }
 
 static void fill_with_pattern(frame_t *frame)
@@ -58,7 +47,7 @@ static void print_measurement(console_t *console, const char *command, const fra
         (unsigned)crc32_update(0, frame_map(frame), frame_map_size(frame)));
 }
 
-static void run_accelerator(console_t *console, frame_t *frame)
+static void measure_accelerator(console_t *console, frame_t *frame)
 {
     fill_with_pattern(frame);
     if (matcher_run(console->matcher, frame) != FRAME_DONE) {
@@ -68,17 +57,18 @@ static void run_accelerator(console_t *console, frame_t *frame)
     print_measurement(console, "bench", frame, frame->result.clocks, frame->result.first_row_clocks);
 }
 
-static void run_cpu(console_t *console, frame_t *frame)
+static void measure_cpu(console_t *console, frame_t *frame)
 {
     uint64_t begin;
 
     fill_with_pattern(frame);
     begin = clock_now();
-    stereo_bm(&frame->settings, frame_left(frame), frame_right(frame), (int16_t *)(void *)frame_map(frame), cpu_scratch);
+    stereo_bm(&frame->settings, frame_left(frame), frame_right(frame), (int16_t *)(void *)frame_map(frame),
+        cpu_scratch);
     print_measurement(console, "cpu_bench", frame, (uint32_t)(clock_now() - begin), 0);
 }
 
-/* Settings from the words of a command; returns whether they are numbers and a known kind. */
+/* Parses the settings of a command; returns whether they are numbers and `all` or `sad`. */
 static bool parse_settings(const stereo_limits_t *limits, char **argv, stereo_settings_t *settings)
 {
     bool all = strcmp(argv[5], "all") == 0;
@@ -92,7 +82,7 @@ static bool parse_settings(const stereo_limits_t *limits, char **argv, stereo_se
         && (all || strcmp(argv[5], "sad") == 0);
 }
 
-/* What keeps the matcher, or the CPU, from these settings; NULL if nothing does. */
+/* The setting that matcher or CPU does not allow; NULL if all are allowed. */
 static const char *refusal(const console_t *console, frame_t *frame, uint32_t max_scratch_words)
 {
     stereo_job_t   job = matcher_job(frame);
@@ -101,10 +91,11 @@ static const char *refusal(const console_t *console, frame_t *frame, uint32_t ma
     if (bad != STEREO_FIELD_NONE) {
         return stereo_field_name(bad);
     }
-    return stereo_bm_scratch_words(&frame->settings) > max_scratch_words ? "width, the CPU has too little memory" : NULL;
+    return stereo_bm_scratch_words(&frame->settings) > max_scratch_words ? "width, the CPU has too little memory"
+                                                                         : NULL;
 }
 
-static bool bench(console_t *console, char **argv, const char *command, uint32_t max_scratch_words, run_t run)
+static bool bench(console_t *console, char **argv, const char *command, uint32_t max_scratch_words, measure_t measure)
 {
     stereo_settings_t settings;
     frame_t          *frame;
@@ -117,7 +108,7 @@ static bool bench(console_t *console, char **argv, const char *command, uint32_t
     case STATUS_OK:
         bad = refusal(console, frame, max_scratch_words);
         if (bad == NULL) {
-            run(console, frame);
+            measure(console, frame);
         } else {
             console_printf(console, "%s: refused: bad %s\n", command, bad);
         }
@@ -136,10 +127,10 @@ static bool bench(console_t *console, char **argv, const char *command, uint32_t
 
 bool command_bench(console_t *console, char **argv)
 {
-    return bench(console, argv, "bench", UINT32_MAX, run_accelerator);
+    return bench(console, argv, "bench", UINT32_MAX, measure_accelerator);
 }
 
 bool command_cpu_bench(console_t *console, char **argv)
 {
-    return bench(console, argv, "cpu_bench", CPU_SCRATCH_WORDS, run_cpu);
+    return bench(console, argv, "cpu_bench", CPU_SCRATCH_WORDS, measure_cpu);
 }

@@ -4,20 +4,18 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-#include "litestereo/console.h"
+#include "console.h"
 
-#include <stdarg.h>
 #include <string.h>
 
 #include "commands.h"
 #include "litestereo/platform.h"
-#include "litestereo/print.h"
 #include "litestereo/reset.h"
 #include "litestereo/watchdog.h"
 
 #define PROMPT "litestereo> "
 
-/* Of the commands that match a frame: every stage that is built, or none but the sum of absolute differences. */
+/* Arguments of commands that match a frame. all: every stage that is built; sad: sum of absolute differences alone. */
 #define FRAME_ARGUMENTS " WIDTH HEIGHT DISPARITIES BLOCK_SIZE sad|all"
 
 static bool command_help(console_t *console, char **argv);
@@ -35,22 +33,13 @@ static const struct {
     {"help",     1, "",              "show the commands",                  command_help},
     {"info",     1, "",              "show what the device can do",        command_info},
     {"stats",    1, "",              "show the counters",                  command_stats},
-    {"reset",    1, "",              "begin anew",                         command_reset},
+    {"reset",    1, "",              "restart the device",                 command_reset},
     {"selftest", 1, "",              "compare accelerator and CPU",        command_selftest},
     {"bench",     6, FRAME_ARGUMENTS, "match a fixed pattern",             command_bench},
     {"cpu_bench", 6, FRAME_ARGUMENTS, "match it on the CPU",               command_cpu_bench},
 };
 
 #define COMMANDS (sizeof(commands) / sizeof(commands[0]))
-
-void console_printf(console_t *console, const char *format, ...)
-{
-    va_list arguments;
-
-    va_start(arguments, format);
-    print_to(console->write, console->context, format, arguments);
-    va_end(arguments);
-}
 
 static bool command_help(console_t *console, char **argv)
 {
@@ -88,8 +77,8 @@ static bool command_info(console_t *console, char **argv)
     if (console->session->update != NULL) {
         const flash_t *flash = console->session->update->flash;
 
-        console_printf(console, "flash: id 0x%06x, %u images of %u bytes\n", (unsigned)flash->id, (unsigned)flash->images,
-            (unsigned)flash->image_bytes);
+        console_printf(console, "flash: id 0x%06x, %u images of %u bytes\n", (unsigned)flash->id,
+            (unsigned)flash->images, (unsigned)flash->image_bytes);
     } else {
         console_printf(console, "flash: none\n");
     }
@@ -107,13 +96,14 @@ static bool command_stats(console_t *console, char **argv)
     const stereo_statistics_t *matcher = &console->matcher->stereo->statistics;
 
     (void)argv;
-    session_look(console->session, clock_now());
+    session_update_counters(console->session, clock_now());
     for (unsigned i = 0; i < COUNTERS; i++) {
         console_printf(console, "%s: %u\n", counter_name(i), (unsigned)console->counters->value[i]);
     }
     console_printf(console, "matcher: %u submitted, %u refused, %u done\n", (unsigned)matcher->submitted,
         (unsigned)matcher->refused, (unsigned)matcher->done);
-    console_printf(console, "matcher errors: %u config, %u bus, %u aborted, %u timeouts, %u stuck, %u lost interrupts\n",
+    console_printf(console,
+        "matcher errors: %u config, %u bus, %u aborted, %u timeouts, %u stuck, %u lost interrupts\n",
         (unsigned)matcher->config_errors, (unsigned)matcher->bus_errors, (unsigned)matcher->aborted,
         (unsigned)matcher->timeouts, (unsigned)matcher->stuck, (unsigned)matcher->lost_interrupts);
     return true;
@@ -155,7 +145,7 @@ static void run_line(console_t *console)
         if (strcmp(argv[0], commands[i].name) == 0) {
             bool done;
 
-            /* Somebody waits for it, and how long it takes is theirs to choose. */
+            /* A user waits for it and has chosen how long it takes. */
             watchdog_pause();
             done = argc == commands[i].words && commands[i].run(console, argv);
             watchdog_resume();
@@ -170,7 +160,7 @@ static void run_line(console_t *console)
 
 static void end_line(console_t *console)
 {
-    /* Bytes of a broken frame look like garbage; they are not worth an answer. */
+    /* Garbage is from a damaged frame, and gets no answer. */
     if (!console->garbage) {
         console->line[console->length] = 0;
         console_printf(console, "\n");
@@ -181,7 +171,7 @@ static void end_line(console_t *console)
     console->garbage = false;
 }
 
-static void type(console_t *console, char character)
+static void receive_character(console_t *console, char character)
 {
     bool newline_of_return = character == '\n' && console->returned;
 
@@ -206,14 +196,14 @@ static void type(console_t *console, char character)
 
 void console_start(console_t *console)
 {
-    console_printf(console, "\nLiteStereo on %s, firmware %u.%u, gateware %u.%u: try help\n" PROMPT, console->info->name,
-        console->info->firmware_version >> 8, console->info->firmware_version & 0xff,
+    console_printf(console, "\nLiteStereo on %s, firmware %u.%u, gateware %u.%u: try help\n" PROMPT,
+        console->info->name, console->info->firmware_version >> 8, console->info->firmware_version & 0xff,
         console->info->gateware_version >> 8, console->info->gateware_version & 0xff);
 }
 
 void console_receive(console_t *console, const uint8_t *text, size_t length)
 {
     for (size_t i = 0; i < length; i++) {
-        type(console, (char)text[i]);
+        receive_character(console, (char)text[i]);
     }
 }

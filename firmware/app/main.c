@@ -11,7 +11,7 @@
 #include "litestereo/platform.h"
 #include "litestereo/watchdog.h"
 
-/* A turn of the main loop takes milliseconds, the longest wait in one is that for a line that does not move. */
+/* A round of the main loop takes milliseconds; its longest wait is for a stalled serial line. */
 #define WATCHDOG_S 5u
 
 static app_t app;

@@ -4,21 +4,21 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-#include "litestereo/map_view.h"
+#include "map_view.h"
 
 #include <stddef.h>
 
 #include "litestereo/grey_map.h"
 
-/* Pixels that are drawn in one turn, the map's, and four that are black count as one: the line's bytes wait meanwhile. */
-#define PIXELS_PER_TURN 640u
+/* Pixels drawn per poll, while bytes of the serial line wait. Four black pixels beside the map count as one. */
+#define PIXELS_PER_POLL 640u
 
 void map_view_init(map_view_t *view, screen_t *screen, const frame_pool_t *pool)
 {
     *view = (map_view_t){.screen = screen, .pool = pool, .order = pool->next_order - 1};
 }
 
-/* The frame that was in line last of those that are done; null if none is newer than what was drawn. */
+/* Of the frames that are DONE the one queued last; null if none is newer than the last one drawn. */
 static const frame_t *newest(const map_view_t *view)
 {
     const frame_t *found = NULL;
@@ -46,8 +46,9 @@ static void begin(map_view_t *view)
     }
 }
 
-/* A released frame's map stays in its slot until another frame is in line there; but images of another size come before. */
-static bool is_there(const map_view_t *view)
+/* Whether the map being drawn is intact. The map of a released frame stays in its slot until the next frame there is
+ * queued, unless that frame's images are of another size and overwrite it before. */
+static bool is_intact(const map_view_t *view)
 {
     return view->frame->order == view->order && view->frame->pitch == view->pitch;
 }
@@ -58,7 +59,7 @@ static void draw(map_view_t *view)
     const int16_t  *map     = (const int16_t *)(const void *)frame_map(view->frame);
     uint8_t        *picture = screen_hidden(screen);
 
-    for (uint32_t done = 0; done < PIXELS_PER_TURN && view->row < screen->height; view->row++) {
+    for (uint32_t done = 0; done < PIXELS_PER_POLL && view->row < screen->height; view->row++) {
         uint32_t pixels = grey_map_row(&view->settings, map, picture + view->row * screen->width, screen->width,
             screen->height, view->row);
 
@@ -73,7 +74,7 @@ void map_view_poll(map_view_t *view)
     }
     if (view->frame == NULL) {
         begin(view);
-    } else if (!is_there(view)) {
+    } else if (!is_intact(view)) {
         view->frame = NULL;
     }
     if (view->frame != NULL) {

@@ -4,7 +4,7 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-#include "litestereo/matcher.h"
+#include "matcher.h"
 
 #include <stddef.h>
 
@@ -31,8 +31,8 @@ static void finish(matcher_t *matcher, frame_t *frame, const frame_result_t *res
     count(matcher->counters, result->error == ERROR_NONE ? COUNTER_FRAMES_MATCHED : COUNTER_FRAMES_FAILED);
 }
 
-/* Nothing of a streamed frame that failed is taken or sent any more; the matcher is at rest by now. The wait is bounded,
- * and a way that does not even close is found closed by no frame after this one either. */
+/* Closes the path of a streamed frame that failed; the matcher has stopped by now. The wait is bounded. If the path
+ * does not close, the open of the next frame reports it. */
 static void close_stream(matcher_t *matcher, const frame_t *frame)
 {
     if (frame->streamed && matcher->stream != NULL) {
@@ -40,7 +40,7 @@ static void close_stream(matcher_t *matcher, const frame_t *frame)
     }
 }
 
-/* Pairs come when the host sends them, so the watchdog waits for each as long as the protocol has it. */
+/* Pairs arrive when the host sends them, so each new offset renews the budget: the protocol's limit for pairs. */
 static void watch_pairs(matcher_t *matcher, const frame_t *frame, uint64_t clock)
 {
     uint32_t wanted = matcher->stream->wanted(matcher->stream->context);
@@ -82,7 +82,8 @@ static void poll_running(matcher_t *matcher, frame_t *frame, uint64_t clock)
     finish(matcher, frame, &result);
 }
 
-/* Opens the way of a streamed frame; STATUS_BUSY as long as it is worth to wait for the map before. */
+/* Opens the path of a streamed frame. STATUS_BUSY, for a second at most, until the previous map has been sent; then the
+ * path is closed, and opened again. */
 static status_t open_stream(matcher_t *matcher, const frame_t *frame, uint64_t clock)
 {
     const frame_stream_t *stream = matcher->stream;
@@ -133,7 +134,7 @@ static void begin_next(matcher_t *matcher, uint64_t clock)
         break;
     case STATUS_BUSY:
     case STATUS_TIMEOUT:
-        /* The frame before could not be stopped: this one has no time to wait for. */
+        /* The previous frame could not be stopped. */
         close_stream(matcher, frame);
         finish(matcher, frame, &(frame_result_t){.error = ERROR_TIMEOUT});
         break;

@@ -7,20 +7,21 @@
 #include <string.h>
 
 #include "commands.h"
-#include "pattern.h"
-#include "stereo_bm.h"
+#include "lib/pattern.h"
+#include "reference/stereo_bm.h"
 
-/* Most pixels of a case: what the CPU's map takes is set aside for good. */
+/* Most pixels of a case: memory for the CPU's map is static. */
 #define MAX_PIXELS 8192u
 
-/* Sizes beyond the smallest image that has a valid pixel. They are odd, so that rows begin at any place in a word. */
+/* A case. Columns and rows are added to the smallest image with a valid pixel; odd widths let rows begin anywhere in a
+ * word. */
 typedef struct {
-    uint16_t disparities;  /* 0 for all that the gateware has. */
-    uint8_t  block_size;   /* 0 for the smallest, UINT8_MAX for the largest that the gateware has. */
+    uint16_t disparities;  /* 0 for the gateware's maximum. */
+    uint8_t  block_size;   /* 0 for the gateware's smallest, UINT8_MAX for its largest. */
     uint8_t  columns;
     uint8_t  rows;
-    bool     all;          /* Every stage that is built, or as few as there are. */
-    uint32_t mask;         /* Bits of a pixel in use: few make many equal costs. */
+    bool     all;          /* All stages that are built, or as few as possible. */
+    uint32_t mask;         /* Bits of a pixel in use: few bits make many equal costs. */
 } case_t;
 
 static const case_t cases[] = {
@@ -30,29 +31,7 @@ static const case_t cases[] = {
     {0,  UINT8_MAX, 12, 4, true,  0xffffffff},
 };
 
-static int16_t  expected[MAX_PIXELS];
-uint32_t        cpu_scratch[CPU_SCRATCH_WORDS];
-
-stereo_settings_t settings_with_all_stages(const stereo_limits_t *limits)
-{
-    static const struct {
-        stereo_field_t field;
-        int32_t        value;
-    } wanted[] = {
-        {STEREO_FIELD_MIN_DISPARITY,     3},
-        {STEREO_FIELD_TEXTURE_THRESHOLD, 60},
-        {STEREO_FIELD_UNIQUENESS_RATIO,  5},
-        {STEREO_FIELD_DISP12_MAX_DIFF,   1},
-        {STEREO_FIELD_MEDIAN,            1},
-    };
-    stereo_settings_t settings = stereo_settings_default(limits);
-
-    for (size_t i = 0; i < sizeof(wanted) / sizeof(wanted[0]); i++) {
-        /* What is not built is refused, and stays as it is. */
-        (void)stereo_settings_set(&settings, limits, wanted[i].field, wanted[i].value);
-    }
-    return settings;
-}
+static int16_t expected[MAX_PIXELS];
 
 static stereo_settings_t case_settings(const case_t *test, const stereo_limits_t *limits)
 {
@@ -68,7 +47,8 @@ static stereo_settings_t case_settings(const case_t *test, const stereo_limits_t
     return settings;
 }
 
-/* A texture on the left; the same on the right, shifted by another disparity in each row, and some noise. */
+/* The left image is a texture; the right one is the same, shifted by a disparity that differs per row, with some
+ * noise. */
 static void draw_pair(const frame_t *frame, uint32_t mask)
 {
     uint32_t  width  = frame->settings.width;

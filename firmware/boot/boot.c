@@ -4,10 +4,11 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-/* What the CPU runs after reset, from ROM: starts the main RAM, copies the firmware there from flash, and jumps to it.
+/* The program in ROM that the CPU runs after reset: initialises the main RAM, copies the firmware there from flash, and
+ * jumps to it.
  *
- * The flash has room for several images. The first one whose checksum is right is started, so that one that was written
- * halfway leaves the device with the one before. */
+ * The flash has room for several images, and the first one with a valid checksum is started. So a device whose image
+ * was written only in part still has another one to start. */
 
 #include "image.h"
 
@@ -17,11 +18,12 @@
 #include <liblitedram/sdram.h>
 #include <system.h>
 
+#include <litestereo/flash.h>
+
 #include <stdint.h>
 #include <stdio.h>
 
-/* An image has eight bytes before the firmware. */
-enum { LARGEST_BYTES = FLASH_IMAGE_BYTES - 8 };
+enum { LARGEST_BYTES = FLASH_IMAGE_BYTES - FLASH_HEADER_BYTES };
 
 static void say(const char *text)
 {
@@ -32,14 +34,14 @@ static void say(const char *text)
     }
 }
 
-/* LiteDRAM's start reports its progress; nobody needs it, and libc's printf is larger than this ROM. */
+/* LiteDRAM reports its progress by printf, which is not needed here; libc's is larger than this ROM. */
 int printf(const char *format, ...)
 {
     (void)format;
     return 0;
 }
 
-/* Interrupts stay off. */
+/* Interrupts stay off, but the start-up code needs the symbol. */
 void isr(void);
 
 void isr(void)

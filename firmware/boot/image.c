@@ -9,11 +9,13 @@
 #include <litestereo/crc32.h>
 #include <litestereo/flash.h>
 
-/* In flash before the firmware, little-endian: the same two words that LiteX's BIOS knows. */
+/* The header before the firmware. */
 typedef struct {
     uint32_t length_bytes;
     uint32_t crc32;
 } image_header_t;
+
+_Static_assert(sizeof(image_header_t) == FLASH_HEADER_BYTES, "an update writes the same header");
 
 uint32_t image_load(uint32_t address, void *memory, uint32_t room_bytes)
 {

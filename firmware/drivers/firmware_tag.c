@@ -8,7 +8,7 @@
 
 #include "platform.h"
 
-/* The Makefile takes it of the headers that LiteX generates. */
+/* The Makefile computes it from the headers that LiteX generates. */
 #ifndef SOC_CHECKSUM
 #define SOC_CHECKSUM 0
 #endif
@@ -16,7 +16,7 @@
 _Static_assert(sizeof(firmware_tag_t) == 32, "host tools know the layout");
 _Static_assert(sizeof(LITESTEREO_NAME) <= FIRMWARE_TAG_NAME_SIZE, "the name and its zero fit");
 
-/* The linker script puts it behind everything else. */
+/* The linker script places it at the very end. */
 __attribute__((section(".firmware_tag"), used)) const firmware_tag_t firmware_tag = {
     .magic   = {'L', 'S', 'F', 'W'},
     .soc     = SOC_CHECKSUM,

@@ -8,12 +8,10 @@
 
 #include <string.h>
 
-#include "platform.h"
-
-/* The boards' SoCs say where in it the images are. */
-#if defined(CSR_FLASH_BASE) && defined(FLASH_IMAGES)
-
 #include "flash_pins.h"
+
+/* Whether the SoC has a flash, and constants that say where its images are. */
+#define HAS_FLASH (FLASH_IMAGES > 0)
 
 enum {
     COMMAND_PROGRAM      = 0x02,
@@ -23,13 +21,13 @@ enum {
     COMMAND_ID           = 0x9f,
 };
 
-/* Bits of the status: an operation is under way, the write enable latch, what is protected. */
+/* Bits of the status register: operation in progress, write enable latch, protected blocks. */
 enum { STATUS_BIT_BUSY = 0x01, STATUS_BIT_ENABLED = 0x02, STATUS_BITS_PROTECTED = 0x1c };
 
-/* Seconds that an operation may take: more than the data sheets say, 0.4 and 0.003 of most. */
+/* Seconds that an operation may take. Data sheets of most devices say 0.4 and 0.003. */
 enum { ERASE_LIMIT_S = 5, PROGRAM_LIMIT_S = 1 };
 
-/* Capacities in JEDEC's id that are powers of two of bytes, and are enough for a bitstream. */
+/* Plausible capacities in the JEDEC id, as powers of two in bytes. */
 enum { LEAST_CAPACITY = 18, MOST_CAPACITY = 31 };
 
 static void deselect(void)
@@ -42,8 +40,8 @@ static uint8_t read_status(void)
 {
     uint8_t status;
 
-    transfer(COMMAND_STATUS);
-    status = transfer(0);
+    flash_transfer(COMMAND_STATUS);
+    status = flash_transfer(0);
     deselect();
     return status;
 }
@@ -53,12 +51,12 @@ static uint32_t read_id(void)
     uint8_t  nothing;
     uint32_t id;
 
-    /* Has the FPGA swallow the first clocks, as it may. */
+    /* The FPGA may swallow the first clocks: flash_read makes some before it selects the flash. */
     flash_read(0, &nothing, 0);
-    transfer(COMMAND_ID);
-    id = (uint32_t)transfer(0) << 16;
-    id |= (uint32_t)transfer(0) << 8;
-    id |= transfer(0);
+    flash_transfer(COMMAND_ID);
+    id = (uint32_t)flash_transfer(0) << 16;
+    id |= (uint32_t)flash_transfer(0) << 8;
+    id |= flash_transfer(0);
     deselect();
     return id;
 }
@@ -68,21 +66,24 @@ status_t flash_init(flash_t *flash, uint32_t clock_hz)
     uint32_t maker, capacity;
 
     memset(flash, 0, sizeof(*flash));
+    flash->clock_hz      = clock_hz;
+    if (!HAS_FLASH) {
+        return STATUS_UNSUPPORTED;
+    }
     flash->images        = FLASH_IMAGES;
     flash->images_offset = FLASH_IMAGES_OFFSET;
     flash->image_bytes   = FLASH_IMAGE_BYTES;
-    flash->clock_hz      = clock_hz;
     flash->id            = read_id();
     maker                = flash->id >> 16;
     capacity             = flash->id & 0xff;
     if (maker == 0 || maker == 0xff || capacity < LEAST_CAPACITY || capacity > MOST_CAPACITY
-        || FLASH_IMAGES_OFFSET + FLASH_IMAGES * FLASH_IMAGE_BYTES > 1u << capacity) {
+        || flash->images_offset + flash->images * flash->image_bytes > 1u << capacity) {
         return STATUS_UNSUPPORTED;
     }
     return STATUS_OK;
 }
 
-/* Whether these bytes are of an image, and of one piece of `piece` bytes, a power of two. */
+/* Whether these bytes are within the images and within one page or sector of `piece` bytes, a power of two. */
 static bool is_writable(const flash_t *flash, uint32_t address, uint32_t length, uint32_t piece)
 {
     uint32_t inside = address - flash->images_offset;
@@ -92,23 +93,23 @@ static bool is_writable(const flash_t *flash, uint32_t address, uint32_t length,
         && address % piece + length <= piece;
 }
 
-/* Sends an enabled command with its address, and leaves the flash selected. */
+/* Enables writing and sends a command with its address; leaves the flash selected. */
 static status_t begin(flash_t *flash, uint8_t command, uint32_t address, uint64_t clock, uint32_t limit_s)
 {
     if ((read_status() & STATUS_BIT_BUSY) != 0) {
         return STATUS_BUSY;
     }
-    transfer(COMMAND_WRITE_ENABLE);
+    flash_transfer(COMMAND_WRITE_ENABLE);
     deselect();
     if ((read_status() & STATUS_BIT_ENABLED) == 0) {
         return STATUS_PROTECTED;
     }
     flash->began = clock;
     flash->limit = (uint64_t)limit_s * flash->clock_hz;
-    transfer(command);
-    transfer((uint8_t)(address >> 16));
-    transfer((uint8_t)(address >> 8));
-    transfer((uint8_t)address);
+    flash_transfer(command);
+    flash_transfer((uint8_t)(address >> 16));
+    flash_transfer((uint8_t)(address >> 8));
+    flash_transfer((uint8_t)address);
     return STATUS_OK;
 }
 
@@ -116,6 +117,9 @@ status_t flash_begin_erase(flash_t *flash, uint32_t address, uint64_t clock)
 {
     status_t status;
 
+    if (!HAS_FLASH) {
+        return STATUS_UNSUPPORTED;
+    }
     if (!is_writable(flash, address, FLASH_SECTOR_BYTES, FLASH_SECTOR_BYTES)) {
         return STATUS_BAD_ARGUMENT;
     }
@@ -130,13 +134,16 @@ status_t flash_begin_program(flash_t *flash, uint32_t address, const uint8_t *da
 {
     status_t status;
 
+    if (!HAS_FLASH) {
+        return STATUS_UNSUPPORTED;
+    }
     if (!is_writable(flash, address, length, FLASH_PAGE_BYTES)) {
         return STATUS_BAD_ARGUMENT;
     }
     status = begin(flash, COMMAND_PROGRAM, address, clock, PROGRAM_LIMIT_S);
     if (status == STATUS_OK) {
         while (length-- > 0) {
-            transfer(*data++);
+            flash_transfer(*data++);
         }
         deselect();
     }
@@ -145,6 +152,9 @@ status_t flash_begin_program(flash_t *flash, uint32_t address, const uint8_t *da
 
 status_t flash_poll(const flash_t *flash, uint64_t clock)
 {
+    if (!HAS_FLASH) {
+        return STATUS_UNSUPPORTED;
+    }
     if ((read_status() & STATUS_BIT_BUSY) == 0) {
         return STATUS_OK;
     }
@@ -154,47 +164,5 @@ status_t flash_poll(const flash_t *flash, uint64_t clock)
 bool flash_is_protected(const flash_t *flash)
 {
     (void)flash;
-    return (read_status() & STATUS_BITS_PROTECTED) != 0;
+    return HAS_FLASH && (read_status() & STATUS_BITS_PROTECTED) != 0;
 }
-
-#else
-
-status_t flash_init(flash_t *flash, uint32_t clock_hz)
-{
-    memset(flash, 0, sizeof(*flash));
-    flash->clock_hz = clock_hz;
-    return STATUS_UNSUPPORTED;
-}
-
-status_t flash_begin_erase(flash_t *flash, uint32_t address, uint64_t clock)
-{
-    (void)flash;
-    (void)address;
-    (void)clock;
-    return STATUS_UNSUPPORTED;
-}
-
-status_t flash_begin_program(flash_t *flash, uint32_t address, const uint8_t *data, uint32_t length, uint64_t clock)
-{
-    (void)flash;
-    (void)address;
-    (void)data;
-    (void)length;
-    (void)clock;
-    return STATUS_UNSUPPORTED;
-}
-
-status_t flash_poll(const flash_t *flash, uint64_t clock)
-{
-    (void)flash;
-    (void)clock;
-    return STATUS_UNSUPPORTED;
-}
-
-bool flash_is_protected(const flash_t *flash)
-{
-    (void)flash;
-    return false;
-}
-
-#endif

@@ -4,20 +4,20 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-/* The pins of the flash, which the CPU drives itself. */
+/* The pins of the flash, which the CPU drives by software. */
 
 #ifndef LITESTEREO_DRIVERS_FLASH_PINS_H
 #define LITESTEREO_DRIVERS_FLASH_PINS_H
 
-#include <generated/csr.h>
+#include "registers.h"
 
-#include <stdint.h>
+#define CLOCK  REGISTER_BIT(FLASH_W_CLK)
+#define MOSI   REGISTER_BIT(FLASH_W_MOSI)
+#define OUTPUT REGISTER_BIT(FLASH_W_OE)
+#define SELECT REGISTER_BIT(FLASH_W_CS)
 
-/* Bits of the register of LiteX's SPIMaster. */
-enum { CLOCK = 1 << 0, MOSI = 1 << 1, OUTPUT = 1 << 2, SELECT = 1 << 4 };
-
-/* Sends a byte, high bit first, and returns the one that comes back meanwhile: mode 0. */
-static uint8_t transfer(uint8_t out)
+/* Sends a byte, high bit first, and returns the byte received at the same time; SPI mode 0. */
+static uint8_t flash_transfer(uint8_t out)
 {
     uint32_t in = 0;
 
@@ -26,7 +26,7 @@ static uint8_t transfer(uint8_t out)
 
         flash_w_write(pins);
         flash_w_write(pins | CLOCK);
-        in = (in << 1) | (flash_r_read() & 1);
+        in = (in << 1) | ((flash_r_read() & REGISTER_BIT(FLASH_R_MISO)) != 0);
     }
     return (uint8_t)in;
 }

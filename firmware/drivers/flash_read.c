@@ -4,13 +4,9 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-/* Reading alone, which is all that the boot program has room for. */
+/* Reading the flash, apart from flash.c because the boot program has no room for more. */
 
 #include "litestereo/flash.h"
-
-#include <generated/csr.h>
-
-#ifdef CSR_FLASH_BASE
 
 #include "flash_pins.h"
 
@@ -20,33 +16,19 @@ void flash_read(uint32_t address, void *data, uint32_t length)
 {
     uint8_t *bytes = data;
 
-    /* An ECP5 swallows the first clocks that it is given for the flash: they come while nothing is selected. */
+    /* An ECP5 swallows the first clocks for the flash, so some are made before the flash is selected. */
     for (int clock = 0; clock < 8; clock++) {
         flash_w_write(OUTPUT);
         flash_w_write(OUTPUT | CLOCK);
     }
     flash_w_write(OUTPUT);
-    transfer(COMMAND_READ);
-    transfer((uint8_t)(address >> 16));
-    transfer((uint8_t)(address >> 8));
-    transfer((uint8_t)address);
+    flash_transfer(COMMAND_READ);
+    flash_transfer((uint8_t)(address >> 16));
+    flash_transfer((uint8_t)(address >> 8));
+    flash_transfer((uint8_t)address);
     while (length-- > 0) {
-        *bytes++ = transfer(0);
+        *bytes++ = flash_transfer(0);
     }
     flash_w_write(OUTPUT | SELECT);
     flash_w_write(OUTPUT);
 }
-
-#else
-
-void flash_read(uint32_t address, void *data, uint32_t length)
-{
-    uint8_t *bytes = data;
-
-    (void)address;
-    while (length-- > 0) {
-        *bytes++ = 0xff;
-    }
-}
-
-#endif

@@ -4,22 +4,29 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-#include "litestereo/frame_link.h"
+#include "frame_link.h"
 
-#include "frame_link_csr.h"
-#include "frame_link_wait.h"
-#include "litestereo/bytes.h"
+#include <stddef.h>
 
-#define CONTROL_ENABLE (1u << 0)
+#include "lib/bytes.h"
+#include "platform.h"
 
-#define SLOT_OPEN     (1u << 8)  /* Of slot_control, beside the number of the slot. */
-#define SLOT_CLOSE    (1u << 9)
-#define SLOT_CLEARING (1u << 0)  /* Of slot_status. */
-#define SLOT_WRITING  (1u << 1)
+#define CONTROL_ENABLE REGISTER_BIT(FRAME_LINK_CONTROL_ENABLE)
 
-#define SEND_REPLY    (1u << 0)  /* Of send_control; of send_status the first two. */
-#define SEND_RUN      (1u << 1)
-#define SEND_ABORT    (1u << 2)
+#define SLOT_OPEN      REGISTER_BIT(FRAME_LINK_SLOT_CONTROL_OPEN)
+#define SLOT_CLOSE     REGISTER_BIT(FRAME_LINK_SLOT_CONTROL_CLOSE)
+#define SLOT_CLEARING  REGISTER_BIT(FRAME_LINK_SLOT_STATUS_CLEARING)
+#define SLOT_WRITING   REGISTER_BIT(FRAME_LINK_SLOT_STATUS_WRITING)
+
+#define SEND_REPLY     REGISTER_BIT(FRAME_LINK_SEND_CONTROL_REPLY)
+#define SEND_BURST     REGISTER_BIT(FRAME_LINK_SEND_CONTROL_RUN)
+#define SEND_ABORT     REGISTER_BIT(FRAME_LINK_SEND_CONTROL_ABORT)
+#define REPLY_BUSY     REGISTER_BIT(FRAME_LINK_SEND_STATUS_REPLY_BUSY)
+#define BURST_BUSY     REGISTER_BIT(FRAME_LINK_SEND_STATUS_RUN_BUSY)
+
+#define STREAM_OPEN    REGISTER_BIT(FRAME_LINK_STREAM_CONTROL_OPEN)
+#define STREAM_CLOSE   REGISTER_BIT(FRAME_LINK_STREAM_CONTROL_CLOSE)
+#define STREAM_WAITING REGISTER_BIT(FRAME_LINK_STREAM_STATUS_OPEN)  /* Pairs are missing. */
 
 #define ENTRY_PORT    4u  /* Offsets in an entry of the mailbox, bytes. */
 #define ENTRY_LENGTH  6u
@@ -27,6 +34,22 @@
 
 #define MOST_SLOTS    16u
 #define MOST_CHUNKS   (8u * PROTOCOL_CHUNK_SIZE)  /* The reply to MISSING has a bit for each. */
+
+/* Clocks allowed for operations that take the gateware microseconds. */
+#define WAIT_BUDGET 100000u
+
+/* Waits while `condition` holds; STATUS_TIMEOUT after WAIT_BUDGET. */
+static status_t wait_while(bool (*condition)(void))
+{
+    uint64_t begin = clock_now();
+
+    while (condition()) {
+        if (clock_now() - begin > WAIT_BUDGET) {
+            return STATUS_TIMEOUT;
+        }
+    }
+    return STATUS_OK;
+}
 
 static bool is_clearing(void)
 {
@@ -40,12 +63,12 @@ static bool is_writing(void)
 
 static bool is_sending_reply(void)
 {
-    return (frame_link_send_status_read() & SEND_REPLY) != 0;
+    return (frame_link_send_status_read() & REPLY_BUSY) != 0;
 }
 
-static bool is_sending_run(void)
+static bool is_sending_burst(void)
 {
-    return (frame_link_send_status_read() & SEND_RUN) != 0;
+    return (frame_link_send_status_read() & BURST_BUSY) != 0;
 }
 
 static bool is_power_of_two(uint32_t value)
@@ -53,7 +76,7 @@ static bool is_power_of_two(uint32_t value)
     return value != 0 && (value & (value - 1)) == 0;
 }
 
-static bool capabilities_make_sense(const frame_link_capabilities_t *can)
+static bool capabilities_are_valid(const frame_link_capabilities_t *can)
 {
     return can->version == FRAME_LINK_VERSION && can->slots > 0 && can->slots <= MOST_SLOTS
         && can->max_chunks > 0 && can->max_chunks % 32 == 0 && can->max_chunks <= MOST_CHUNKS
@@ -61,10 +84,11 @@ static bool capabilities_make_sense(const frame_link_capabilities_t *can)
         && is_power_of_two(can->alignment) && can->alignment <= FRAME_LINK_MAX_ALIGNMENT;
 }
 
-/* Whatever ran before, as after a restart of the firmware alone: it must not go on in memory that is ours now. */
-static status_t come_to_rest(frame_link_t *link)
+/* After a restart of the firmware alone the gateware may still be running; it must not touch memory that is ours
+ * now. */
+static status_t stop_everything(frame_link_t *link)
 {
-    status_t reply, run, stream;
+    status_t reply, burst, stream;
 
     frame_link_control_write(0);
     frame_link_token_write(0);
@@ -72,10 +96,10 @@ static status_t come_to_rest(frame_link_t *link)
         frame_link_slot_control_write((uint16_t)(slot | SLOT_CLOSE));
     }
     frame_link_send_control_write(SEND_ABORT);
-    run    = wait_while(is_sending_run);
+    burst  = wait_while(is_sending_burst);
     reply  = wait_while(is_sending_reply);
     stream = frame_link_close_stream(link);
-    if (run != STATUS_OK || reply != STATUS_OK || stream != STATUS_OK) {
+    if (burst != STATUS_OK || reply != STATUS_OK || stream != STATUS_OK) {
         return STATUS_TIMEOUT;
     }
     return wait_while(is_writing);
@@ -101,10 +125,10 @@ status_t frame_link_init(frame_link_t *link, uint8_t *mailbox)
         },
         .mailbox = mailbox,
     };
-    if (!capabilities_make_sense(&link->capabilities)) {
+    if (!capabilities_are_valid(&link->capabilities)) {
         return STATUS_UNSUPPORTED;
     }
-    status = come_to_rest(link);
+    status = stop_everything(link);
     if (status != STATUS_OK) {
         return status;
     }
@@ -112,7 +136,7 @@ status_t frame_link_init(frame_link_t *link, uint8_t *mailbox)
     link->produced = (uint8_t)frame_link_mailbox_produced_read();
     link->consumed = link->produced;
     frame_link_mailbox_consumed_write(link->consumed);
-    /* Nothing that the CPU wrote may reach the mailbox later than a message. */
+    /* What the CPU wrote there must reach the mailbox before any message does. */
     memory_to_device();
     frame_link_control_write(CONTROL_ENABLE);
     return STATUS_OK;
@@ -123,7 +147,7 @@ status_t frame_link_set_session(frame_link_t *link, uint32_t token, const peer_t
     if (link == NULL || peer == NULL) {
         return STATUS_BAD_ARGUMENT;
     }
-    /* Without a token while the peer changes: no chunk is judged by half of each. */
+    /* No token while the peer changes, so that no chunk is compared with half of the old and half of the new. */
     frame_link_token_write(0);
     frame_link_peer_address_write(peer->address);
     frame_link_peer_port_write(peer->port);
@@ -152,7 +176,7 @@ status_t frame_link_open_slot(frame_link_t *link, unsigned slot, uint32_t frame_
     frame_link_slot_frame_id_write(frame_id);
     frame_link_slot_base_write((uint32_t)(uintptr_t)memory);
     frame_link_slot_pixels_write(pixels);
-    /* Nothing that the CPU wrote may reach the slot later than a chunk. */
+    /* What the CPU wrote there must reach the slot before any chunk does. */
     memory_to_device();
     frame_link_slot_control_write((uint16_t)(slot | SLOT_OPEN));
     if (wait_while(is_clearing) != STATUS_OK) {
@@ -173,8 +197,8 @@ status_t frame_link_close_slot(frame_link_t *link, unsigned slot)
     frame_link_slot_control_write((uint16_t)(slot | SLOT_CLOSE));
     begin  = clock_now();
     status = frame_link_slot_status_read();
-    /* Chunks of other slots may follow one another for as long as they like. */
-    while ((status & SLOT_WRITING) != 0 && ((status >> 4) & 0xf) == slot) {
+    /* Wait for chunks of this slot only: those of other slots may keep the gateware writing for any time. */
+    while ((status & SLOT_WRITING) != 0 && REGISTER_FIELD(FRAME_LINK_SLOT_STATUS_SLOT, status) == slot) {
         if (clock_now() - begin > WAIT_BUDGET) {
             return STATUS_TIMEOUT;
         }
@@ -195,7 +219,7 @@ uint32_t frame_link_arrived(const frame_link_t *link, unsigned slot, unsigned wo
     return frame_link_arrived_read();
 }
 
-status_t frame_link_look(frame_link_t *link, frame_link_message_t *message)
+status_t frame_link_peek(frame_link_t *link, frame_link_message_t *message)
 {
     const uint8_t *entry;
     size_t         length;
@@ -205,7 +229,7 @@ status_t frame_link_look(frame_link_t *link, frame_link_message_t *message)
         if (link->consumed == link->produced) {
             return STATUS_IDLE;
         }
-        /* Once for all that have come. */
+        /* Once for all messages that have arrived. */
         memory_from_device();
     }
     entry = link->mailbox + link->consumed % link->capabilities.mailbox_entries * FRAME_LINK_ENTRY_SIZE;
@@ -226,8 +250,8 @@ void frame_link_drop(frame_link_t *link)
     }
 }
 
-/* Stages a message and begins to send it. */
-static void send(const peer_t *peer, const message_t *message, uint8_t how)
+/* Writes the registers of a message and begins to send it, with SEND_REPLY or SEND_BURST. */
+static void send(const peer_t *peer, const message_t *message, uint8_t control)
 {
     frame_link_send_address_write(peer->address);
     frame_link_send_port_write(peer->port);
@@ -239,7 +263,7 @@ static void send(const peer_t *peer, const message_t *message, uint8_t how)
     frame_link_send_base_write((uint32_t)(uintptr_t)message->payload);
     frame_link_send_length_write(message->length);
     memory_to_device();
-    frame_link_send_control_write(how);
+    frame_link_send_control_write(control);
 }
 
 status_t frame_link_reply(frame_link_t *link, const peer_t *peer, const message_t *message)
@@ -261,32 +285,81 @@ bool frame_link_reply_busy(const frame_link_t *link)
     return is_sending_reply();
 }
 
-status_t frame_link_run(frame_link_t *link, const peer_t *peer, const message_t *message)
+status_t frame_link_send_burst(frame_link_t *link, const peer_t *peer, const message_t *message)
 {
     if (link == NULL || peer == NULL || message == NULL || !is_aligned(link, message->payload)
         || message->length == 0) {
         return STATUS_BAD_ARGUMENT;
     }
-    if (is_sending_run()) {
+    if (is_sending_burst()) {
         return STATUS_BUSY;
     }
-    send(peer, message, SEND_RUN);
+    send(peer, message, SEND_BURST);
     return STATUS_OK;
 }
 
-bool frame_link_run_busy(const frame_link_t *link)
+bool frame_link_burst_busy(const frame_link_t *link)
 {
     (void)link;
-    return is_sending_run();
+    return is_sending_burst();
 }
 
-status_t frame_link_abort_run(frame_link_t *link)
+status_t frame_link_abort_burst(frame_link_t *link)
 {
     if (link == NULL) {
         return STATUS_BAD_ARGUMENT;
     }
     frame_link_send_control_write(SEND_ABORT);
-    return wait_while(is_sending_run);
+    return wait_while(is_sending_burst);
+}
+
+/* Streamed frames: pairs from datagrams to the matcher, parts of the map from the matcher to datagrams. */
+
+static bool is_streaming(void)
+{
+    return frame_link_stream_status_read() != 0;
+}
+
+status_t frame_link_open_stream(frame_link_t *link, uint32_t frame_id, uint32_t pixels, uint32_t sequence)
+{
+    if (link == NULL || pixels == 0) {
+        return STATUS_BAD_ARGUMENT;
+    }
+    if (!link->capabilities.streaming) {
+        return STATUS_UNSUPPORTED;
+    }
+    if (is_streaming()) {
+        return STATUS_BUSY;
+    }
+    frame_link_stream_frame_id_write(frame_id);
+    frame_link_stream_pixels_write(pixels);
+    frame_link_stream_sequence_write(sequence);
+    frame_link_stream_control_write(STREAM_OPEN);
+    return STATUS_OK;
+}
+
+bool frame_link_stream_busy(const frame_link_t *link)
+{
+    (void)link;
+    return is_streaming();
+}
+
+uint32_t frame_link_stream_wanted(const frame_link_t *link)
+{
+    uint32_t offset = frame_link_stream_offset_read();
+
+    (void)link;
+    /* The offset is read first: if the last pairs arrive before the status is read, it is not used. */
+    return (frame_link_stream_status_read() & STREAM_WAITING) != 0 ? offset : PROTOCOL_NO_OFFSET;
+}
+
+status_t frame_link_close_stream(frame_link_t *link)
+{
+    if (link == NULL) {
+        return STATUS_BAD_ARGUMENT;
+    }
+    frame_link_stream_control_write(STREAM_CLOSE);
+    return wait_while(is_streaming);
 }
 
 void frame_link_count(const frame_link_t *link, frame_link_counters_t *counters)

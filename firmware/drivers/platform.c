@@ -20,7 +20,7 @@ extern uint8_t _end[];
 /* The stack, from the linker script: it grows down from _fstack. */
 extern uint32_t _stack_end[], _fstack[];
 
-/* What no function leaves on the stack by chance, and the words below the caller's that marking it needs itself. */
+/* A value that functions hardly leave on the stack, and the words that the marking function itself uses. */
 #define STACK_MARK 0x5afe57acu
 #define STACK_SPARE 32
 

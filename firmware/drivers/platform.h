@@ -4,18 +4,17 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-/* The one place where LiteX's headers come in; tests put their own in the include path. */
+/* LiteX's headers for the drivers; tests put stubs in the include path. */
 
 #ifndef LITESTEREO_DRIVERS_PLATFORM_H
 #define LITESTEREO_DRIVERS_PLATFORM_H
 
-#include <generated/csr.h>
-#include <generated/soc.h>
 #include <libbase/uart.h>
 
 #include "litestereo/platform.h"
+#include "registers.h"
 
-/* Bytes that the UART's FIFOs hold: LiteX's default unless the SoC says more. */
+/* Bytes that the UART's FIFOs hold: LiteX's default unless the SoC defines them. */
 #ifndef UART_RX_FIFO_DEPTH
 #define UART_RX_FIFO_DEPTH 16
 #endif

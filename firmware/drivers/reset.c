@@ -8,67 +8,40 @@
 
 #include "platform.h"
 
-/* The register `cause`, from bit 0 up: cause, resets, line. */
+/* Fields of the register `cause`, from bit 0 up: cause, resets, line. */
 #define RESETS_SHIFT 8
 #define LINE_SHIFT   16
 #define RESETS_MOST  0xffu
 
-#define SOC_RESET 1u
-
-static uint32_t read_cause(void)
-{
-#ifdef CSR_RESET_RECORD_BASE
-    return reset_record_cause_read();
-#else
-    return RESET_UNKNOWN;
-#endif
-}
-
-static uint32_t read_place(void)
-{
-#ifdef CSR_RESET_RECORD_BASE
-    return reset_record_place_read();
-#else
-    return 0;
-#endif
-}
-
 static void record(reset_cause_t cause, uint32_t resets, uint32_t place, uint16_t line)
 {
-#ifdef CSR_RESET_RECORD_BASE
     reset_record_cause_write((uint32_t)cause | resets << RESETS_SHIFT | (uint32_t)line << LINE_SHIFT);
     reset_record_place_write(place);
-#else
-    (void)cause;
-    (void)resets;
-    (void)place;
-    (void)line;
-#endif
 }
 
 void reset_begin(reset_report_t *report)
 {
-    uint32_t word   = read_cause();
+    uint32_t word   = reset_record_cause_read();
     uint32_t resets = word >> RESETS_SHIFT & RESETS_MOST;
 
     *report = (reset_report_t){
         .cause = (reset_cause_t)(word & 0xff),
-        .place = read_place(),
+        .place = reset_record_place_read(),
         .line  = (uint16_t)(word >> LINE_SHIFT),
     };
     if (report->cause != RESET_POWER_UP && resets < RESETS_MOST) {
         resets++;
     }
     report->resets = (uint8_t)resets;
-    /* What the next start reads if nobody writes anything better until then. */
+    /* The next start reads this unless reset_now records a cause before. */
     record(RESET_UNKNOWN, resets, 0, 0);
 }
 
 void reset_now(reset_cause_t cause, uint32_t place, uint16_t line)
 {
-    record(cause, read_cause() >> RESETS_SHIFT & RESETS_MOST, place, line);
+    record(cause, reset_record_cause_read() >> RESETS_SHIFT & RESETS_MOST, place, line);
     for (;;) {
-        ctrl_reset_write(SOC_RESET);
+        ctrl_reset_write(REGISTER_BIT(CTRL_RESET_SOC_RST));
     }
 }
 

@@ -10,17 +10,15 @@
 
 #include "platform.h"
 
-#ifdef CSR_VIDEO_FRAMEBUFFER_BASE
-
 enum { WIDTH = VIDEO_FRAMEBUFFER_HRES, HEIGHT = VIDEO_FRAMEBUFFER_VRES, PICTURE_BYTES = WIDTH * HEIGHT };
 
-/* More than any memory port needs, and both pictures have it. */
+/* Bytes; more than any memory port needs. */
 enum { ALIGNMENT = 64 };
 
 _Static_assert(VIDEO_FRAMEBUFFER_DEPTH == 8, "pixels are bytes");
 _Static_assert(WIDTH % 4 == 0 && PICTURE_BYTES % ALIGNMENT == 0, "both pictures are aligned");
 
-/* Taken over with the next word that is read: for the rest of one picture the screen may show some of either. */
+/* The gateware uses the new address from the next word on, so during one refresh the screen may show parts of both. */
 static void show(const uint8_t *picture)
 {
     memory_to_device();
@@ -35,10 +33,13 @@ size_t screen_bytes(void)
 status_t screen_init(screen_t *screen, uint8_t *memory)
 {
     *screen = (screen_t){0};
+    if (PICTURE_BYTES == 0) {
+        return STATUS_UNSUPPORTED;
+    }
     if (memory == NULL || (uintptr_t)memory % ALIGNMENT != 0) {
         return STATUS_BAD_ARGUMENT;
     }
-    /* It may be reading from a place of its own choice, as after a restart of the firmware alone. */
+    /* After a restart of the firmware alone the gateware may still read from the old address. */
     video_framebuffer_dma_enable_write(0);
     memset(memory, 0, screen_bytes());
     *screen = (screen_t){.width = WIDTH, .height = HEIGHT, .pictures = memory, .hidden = 1};
@@ -59,30 +60,3 @@ void screen_show(screen_t *screen)
         screen->hidden ^= 1;
     }
 }
-
-#else
-
-size_t screen_bytes(void)
-{
-    return 0;
-}
-
-status_t screen_init(screen_t *screen, uint8_t *memory)
-{
-    (void)memory;
-    *screen = (screen_t){0};
-    return STATUS_UNSUPPORTED;
-}
-
-uint8_t *screen_hidden(const screen_t *screen)
-{
-    (void)screen;
-    return NULL;
-}
-
-void screen_show(screen_t *screen)
-{
-    (void)screen;
-}
-
-#endif

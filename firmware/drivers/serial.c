@@ -10,8 +10,8 @@
 
 #include "platform.h"
 
-/* Looks at a full FIFO, each some ten clocks, before the line is held for dead: many times what a byte takes at
- * the slowest rates in use. */
+/* Polls of a full FIFO, about ten clocks each, before the line counts as stalled: many times what a byte takes at the
+ * slowest rates in use. */
 #define STALL_POLLS 200000u
 
 void serial_init(serial_t *serial)
@@ -21,8 +21,8 @@ void serial_init(serial_t *serial)
     uart_ev_pending_write(UART_EV_TX);
 }
 
-/* Takes bytes out of the FIFO. Each access to a register costs about ten clocks, so a full FIFO, whose depth is
- * known, is emptied without asking before each byte. */
+/* Takes bytes out of the FIFO. Each register access costs about ten clocks, so a full FIFO, whose depth is known, is
+ * emptied without a poll before each byte. */
 static size_t drain(uint8_t *bytes, size_t capacity)
 {
     uint8_t *out = bytes;
@@ -50,7 +50,7 @@ size_t serial_receive(serial_t *serial, uint8_t *bytes, size_t capacity)
     return length + drain(bytes + length, capacity - length);
 }
 
-/* Keeps what comes in while the line is too slow for what goes out, so that the FIFO does not overflow. */
+/* Keeps received bytes while the sender waits for the line, so that the FIFO does not overflow. */
 static void fill_backlog(serial_t *serial)
 {
     while (serial->head - serial->tail < SERIAL_BACKLOG_SIZE && !uart_rxempty_read()) {
@@ -59,7 +59,7 @@ static void fill_backlog(serial_t *serial)
     }
 }
 
-/* Waits until the FIFO takes bytes; returns how many it takes for certain. */
+/* Waits for room in the FIFO; returns for how many bytes there is room at least. */
 static size_t wait_for_room(serial_t *serial)
 {
     uint32_t polls = serial->stalled ? 1 : STALL_POLLS;
@@ -107,7 +107,7 @@ void serial_say(const char *text)
         }
         uart_rxtx_write((uint8_t)*text);
     }
-    /* What is in the FIFO a reset would lose. */
+    /* A reset would lose what is still in the FIFO. */
     for (uint32_t polls = STALL_POLLS; polls > 0 && !uart_txempty_read(); polls--) {
     }
 }

@@ -8,18 +8,16 @@
 
 #include "platform.h"
 
-#define CONTROL_FEED   (1u << 0)
-#define CONTROL_ENABLE (1u << 8)
-#define CONTROL_RESET  (1u << 16)
-
-#ifdef CSR_WATCHDOG0_BASE
+#define CONTROL_FEED   REGISTER_BIT(WATCHDOG0_CONTROL_FEED)
+#define CONTROL_ENABLE REGISTER_BIT(WATCHDOG0_CONTROL_ENABLE)
+#define CONTROL_RESET  REGISTER_BIT(WATCHDOG0_CONTROL_RESET)
 
 void watchdog_start(uint32_t clocks)
 {
     watchdog_pause();
     watchdog0_cycles_write(clocks);
-    watchdog0_ev_pending_write(1);
-    watchdog0_ev_enable_write(1);
+    watchdog0_ev_pending_write(REGISTER_BIT(WATCHDOG0_EV_PENDING_WDT));
+    watchdog0_ev_enable_write(REGISTER_BIT(WATCHDOG0_EV_ENABLE_WDT));
     watchdog_resume();
 }
 
@@ -37,29 +35,8 @@ void watchdog_pause(void)
 
 void watchdog_resume(void)
 {
-    /* Fed in the very clock in which it is enabled: one that has never been fed would come at once. */
+    /* Feed and enable in one write: a watchdog that was never fed expires at once. */
     if (watchdog0_cycles_read() != 0) {
         watchdog0_control_write(CONTROL_FEED | CONTROL_ENABLE | CONTROL_RESET);
     }
 }
-
-#else
-
-void watchdog_start(uint32_t clocks)
-{
-    (void)clocks;
-}
-
-void watchdog_feed(void)
-{
-}
-
-void watchdog_pause(void)
-{
-}
-
-void watchdog_resume(void)
-{
-}
-
-#endif

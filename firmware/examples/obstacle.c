@@ -4,10 +4,11 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-/* Distance of what is nearest in each of five sectors, a line per frame, with an alarm for what is too near.
+/* Prints the distance of the nearest surface in each of five sectors, a line per frame, with an alarm if one is too
+ * near.
  *
- * A program for a camera waits for its pair where this one makes a scene: an obstacle that comes nearer from frame to
- * frame, and stands in another sector each time. */
+ * Where a program for a camera would wait for a pair, this one draws a scene: an obstacle that comes nearer from frame
+ * to frame, each time in another sector. */
 
 #include "litestereo/depth.h"
 #include "litestereo/platform.h"
@@ -18,7 +19,7 @@
 
 enum { WIDTH = 160, HEIGHT = 80, SECTORS = 5 };
 
-/* Pixels that make an obstacle, and the distance that calls for the alarm. */
+/* Least pixels of an obstacle, and the distance below which there is an alarm. */
 enum { LEAST_PIXELS = 60, ALARM_MM = 1200 };
 
 /* Focal length of 200 pixels, cameras 100 mm apart: a disparity of 1 pixel is at 20 m, one of 20 pixels at 1 m. */
@@ -31,7 +32,7 @@ static STEREO_ALIGNED int16_t map[WIDTH * HEIGHT];
 static stereo_t stereo;
 static serial_t serial;
 
-/* The pair of a frame: a wall at 4 m and a box in one of the sectors, whose disparity grows from 8 pixels to 24. */
+/* Draws the pair of a frame: a wall at 4 m, and in one of the sectors a box with a disparity of 8 to 24 pixels. */
 static void take_pair(const stereo_settings_t *settings, uint32_t frame)
 {
     static uint32_t seed = 1;
@@ -86,7 +87,7 @@ int main(void)
     job.settings.width       = WIDTH;
     job.settings.height      = HEIGHT;
     job.settings.disparities = 32;
-    /* What only one camera sees is matched with anything: the left-right check takes that away, where it is built. */
+    /* Pixels that only one camera sees are mismatched: the left-right check removes them, if it is built. */
     stereo_settings_set(&job.settings, &stereo.capabilities.limits, STEREO_FIELD_DISP12_MAX_DIFF, 1);
     for (uint32_t frame = 0;; frame++) {
         take_pair(&job.settings, frame);

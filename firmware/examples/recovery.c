@@ -4,7 +4,7 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-/* What becomes of a program that goes wrong: it does so in three ways, one after the other, and each start says why. */
+/* Recovery from faults: the program fails in three ways, one after the other, and each start prints why. */
 
 #include <stdint.h>
 
@@ -23,13 +23,13 @@ static void handle_interrupt(void)
     stereo_isr(&stereo);
 }
 
-/* Nobody fed the watchdog: note where the program hangs. Without this handler the SoC is reset all the same. */
+/* The watchdog was not fed: record where the program hangs. Without this handler the SoC is reset all the same. */
 static void handle_watchdog(void)
 {
     reset_now(RESET_WATCHDOG, platform_interrupted_at(), 0);
 }
 
-/* A wait that has forgotten its bound. */
+/* A wait without a bound. */
 static __attribute__((noinline)) void hang(void)
 {
     for (volatile bool forever = true; forever;) {
@@ -63,7 +63,7 @@ int main(void)
         hang();
         break;
     case 2:
-        /* Deaf to the interrupt: only the watchdog itself is left. */
+        /* The watchdog's interrupt is disabled: only its reset remains. */
         platform_attach_stereo(handle_interrupt);
         hang();
         break;

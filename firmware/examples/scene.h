@@ -4,7 +4,7 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-/* A stereo pair to match where there is no camera: a wall with random texture, and boxes in front of it. */
+/* Draws a stereo pair, for programs without a camera: a wall with random texture, and boxes in front of it. */
 
 #ifndef LITESTEREO_EXAMPLES_SCENE_H
 #define LITESTEREO_EXAMPLES_SCENE_H
@@ -14,13 +14,13 @@
 
 #include "litestereo/stereo_settings.h"
 
-/** A box as the left image sees it. */
+/** A box in the left image. */
 typedef struct {
     uint16_t column, row, width, height;  /**< Pixels. */
     uint8_t  disparity;                   /**< Pixels, at most `column`. */
 } scene_box_t;
 
-/* Texture for a row: no two neighbours alike, so that every block has its place. */
+/* Random texture for a row, so that every block has a unique match. */
 static inline void scene_texture(uint8_t *pixels, uint32_t count, uint32_t *seed)
 {
     for (uint32_t i = 0; i < count; i++) {
@@ -29,7 +29,7 @@ static inline void scene_texture(uint8_t *pixels, uint32_t count, uint32_t *seed
     }
 }
 
-/** Fills both images: a wall of `disparity` pixels, then the boxes, the nearest one last. `seed` goes on with each scene. */
+/** Draws both images: a wall at `disparity` pixels, then the boxes, of which the last is in front. Advances `seed`. */
 static inline void scene_fill(uint8_t *left, uint8_t *right, const stereo_settings_t *settings, uint8_t disparity,
     const scene_box_t *boxes, unsigned count, uint32_t *seed)
 {
@@ -39,7 +39,7 @@ static inline void scene_fill(uint8_t *left, uint8_t *right, const stereo_settin
         uint8_t *to_left  = left + row * width;
         uint8_t *to_right = right + row * width;
 
-        /* What the right camera sees stands further to the left, by the disparity. */
+        /* In the right image everything is further left by its disparity. */
         scene_texture(to_right, width, seed);
         memcpy(to_left + disparity, to_right, width - disparity);
         scene_texture(to_left, disparity, seed);

@@ -4,9 +4,9 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-/* How many frames a second: the matcher goes on with the next frame as soon as its interrupt tells of an end. */
+/* Measures frames per second: the next frame starts as soon as the interrupt reports the end of the previous one. */
 
-#include "app/pattern.h"
+#include "lib/pattern.h"
 #include "litestereo/crc32.h"
 #include "litestereo/platform.h"
 #include "litestereo/print.h"
@@ -14,7 +14,7 @@
 
 enum { WIDTH = 320, HEIGHT = 240, FRAMES = 8 };
 
-/* A map is read, sent or judged while the next one is written, so there are two. */
+/* Two maps: one is read or sent while the matcher writes the other. */
 static STEREO_ALIGNED uint8_t left[WIDTH * HEIGHT];
 static STEREO_ALIGNED uint8_t right[WIDTH * HEIGHT];
 static STEREO_ALIGNED int16_t maps[2][WIDTH * HEIGHT];
@@ -33,7 +33,7 @@ static void note_end(void *context)
     *(volatile bool *)context = true;
 }
 
-/* Waits for the interrupt; a program has something better to do until then. The driver's watchdog bounds it. */
+/* Waits for the interrupt, bounded by the job's budget. A real program does other work meanwhile. */
 static status_t wait_for_end(stereo_result_t *result)
 {
     status_t status = STATUS_BUSY;
@@ -44,7 +44,7 @@ static status_t wait_for_end(stereo_result_t *result)
     return ended || status != STATUS_OK ? status : STATUS_STATE;
 }
 
-static status_t run(stereo_job_t *job)
+static status_t match_all(stereo_job_t *job)
 {
     status_t status = STATUS_OK;
 
@@ -82,14 +82,14 @@ int main(void)
     pattern_fill(right, WIDTH * HEIGHT, 2);
 
     begin  = clock_now();
-    status = run(&job);
+    status = match_all(&job);
     clocks = (uint32_t)(clock_now() - begin) / FRAMES;
     if (status != STATUS_OK) {
         print(&serial, "throughput: FAILED: status %d\n", status);
         return 1;
     }
-    print(&serial, "throughput: width=%d height=%d frames=%d clocks_per_frame=%u matcher_clocks=%u crc32=0x%08x\n", WIDTH,
-        HEIGHT, FRAMES, (unsigned)clocks, (unsigned)(stereo.statistics.clocks / FRAMES),
+    print(&serial, "throughput: width=%d height=%d frames=%d clocks_per_frame=%u matcher_clocks=%u crc32=0x%08x\n",
+        WIDTH, HEIGHT, FRAMES, (unsigned)clocks, (unsigned)(stereo.statistics.clocks / FRAMES),
         (unsigned)crc32_update(0, (const uint8_t *)maps[(FRAMES - 1) % 2], sizeof(maps[0])));
     print(&serial, "throughput: %u.%02u clocks per pixel, %u frames per second at %u Hz\n", (unsigned)(clocks
         / (WIDTH * HEIGHT)), (unsigned)(clocks % (WIDTH * HEIGHT) * 100 / (WIDTH * HEIGHT)),

@@ -4,7 +4,7 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-/* What the fuzz targets share: an input that is taken bit by bit, and conditions that have to hold. */
+/* Shared by the fuzz targets: an input that is consumed piece by piece, and conditions that must hold. */
 
 #ifndef FUZZ_H
 #define FUZZ_H
@@ -23,13 +23,13 @@
         }                                                                               \
     } while (0)
 
-/** What is left of an input. */
+/** The rest of an input. */
 typedef struct {
     const uint8_t *bytes;
     size_t         length;
 } input_t;
 
-/** The next byte; 0 behind the end. */
+/** The next byte; 0 after the end. */
 static inline uint8_t take(input_t *input)
 {
     if (input->length == 0) {
@@ -50,7 +50,7 @@ static inline uint32_t take_u32(input_t *input)
     return value;
 }
 
-/** What libFuzzer calls with an input. */
+/** Called by libFuzzer with an input. */
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
 #endif

@@ -4,8 +4,8 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-/* COBS: any bytes through the decoder, in pieces, against a decoder that is the definition; and any bytes to the
- * encoder and back.
+/* COBS: any bytes are decoded in pieces, and by the definition; and any bytes are
+ * encoded and decoded again.
  *
  * The first byte of the input is the size of the pieces, the second says how much room the decoder has. */
 
@@ -13,9 +13,9 @@
 #include <string.h>
 
 #include "fuzz.h"
-#include "litestereo/cobs.h"
+#include "link/protocol/cobs.h"
 
-/* Decodes by the definition; returns the length, or SIZE_MAX if it is no encoding or more than there is room for. */
+/* Decodes by the definition; returns the length, or SIZE_MAX if it is not an encoding or does not fit. */
 static size_t decode_by_definition(const uint8_t *encoded, size_t length, uint8_t *decoded, size_t capacity)
 {
     size_t out = 0;

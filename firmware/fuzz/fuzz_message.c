@@ -4,15 +4,15 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-/* The parser of messages: any bytes, and bytes whose magic, length and CRC are right whatever else they say.
+/* The parser of messages: any bytes, and bytes with valid magic, length and CRC.
  *
  * The first byte of the input says which of the two; the rest is the message. */
 
 #include <string.h>
 
 #include "fuzz.h"
-#include "litestereo/bytes.h"
-#include "litestereo/message.h"
+#include "lib/bytes.h"
+#include "link/protocol/message.h"
 
 /* The CRC by its definition, without a table. */
 static uint32_t crc_of(const uint8_t *bytes, size_t length)
@@ -51,7 +51,7 @@ static status_t parse(const uint8_t *bytes, size_t length, message_t *message)
     status_t status = message_parse(bytes, length, message);
 
 #ifdef PLANTED_FAULT
-    /* What a parser would do that believes the frame's id of one type. */
+    /* The planted fault: trusts the frame id of one type. */
     if (status == STATUS_OK && message->type == TYPE_READ && message->frame_id == 7) {
         message->length += 8;
     }
@@ -59,7 +59,7 @@ static status_t parse(const uint8_t *bytes, size_t length, message_t *message)
     return status;
 }
 
-/* A message that was taken lies within its bytes, and is built of its fields again. */
+/* A parsed message is within its bytes, and building it from its fields gives the same bytes. */
 static void check(const uint8_t *bytes, size_t length, const message_t *message)
 {
     uint8_t *built = malloc(PROTOCOL_MESSAGE_MIN + message->length);
@@ -73,7 +73,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
     input_t   input = {data, size};
     uint8_t   how   = take(&input);
-    /* Of the very size of the message, so that the sanitizer sees a byte that is read behind it. */
+    /* Exactly as large as the message, so that the sanitizer detects reads beyond it. */
     uint8_t  *bytes = malloc(input.length);
     message_t message;
     status_t  status;

@@ -4,26 +4,26 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-/* The pool of frames: any sequence of operations, against a model that knows each frame's state by a list of rules. */
+/* The pool of frames: any sequence of operations, against a model with a list of rules for each frame's state. */
 
 #include <stdbool.h>
 #include <string.h>
 
 #include "fuzz.h"
-#include "litestereo/frame_pool.h"
+#include "link/frame_pool.h"
 
 #define SLOTS      3
 #define SLOT_SIZE  12288u
 #define CHUNKS_MAX 8u
 
-/* What is known of a slot. */
+/* The model of a slot. */
 typedef struct {
     frame_state_t state;
     frame_owner_t owner;
     uint32_t      id, pixels, chunks;
     bool          has[CHUNKS_MAX];
-    uint8_t       filled[CHUNKS_MAX];  /* With which byte. */
-    unsigned      place;               /* In line. */
+    uint8_t       filled[CHUNKS_MAX];  /* The byte that fills each chunk. */
+    unsigned      place;               /* In the queue. */
 } slot_t;
 
 static _Alignas(FRAME_ALIGNMENT) uint8_t memory[SLOTS * SLOT_SIZE];
@@ -107,7 +107,7 @@ static void write_chunk(input_t *input, frame_t *frame, slot_t *slot)
         slot->filled[chunk] = with;
     }
 #ifdef PLANTED_FAULT
-    /* A chunk that came before counts again. */
+    /* The planted fault: a repeated chunk counts again. */
     frame->missing -= right && repeated;
 #endif
 }
@@ -117,7 +117,7 @@ static void note(input_t *input, frame_t *frame, slot_t *slot)
     uint32_t arrived = take(input);
     uint32_t word    = take(input) / 250;
 
-    frame_note(frame, word, arrived);
+    frame_mark_received(frame, word, arrived);
     for (uint32_t chunk = 0; chunk < slot->chunks && slot->state == FRAME_LOADING && word == 0; chunk++) {
         if ((arrived >> chunk & 1) != 0 && !slot->has[chunk]) {
             slot->has[chunk]    = true;
@@ -127,7 +127,7 @@ static void note(input_t *input, frame_t *frame, slot_t *slot)
     }
 }
 
-/* From one state to another, if it is in the one that it has to be in. */
+/* Changes the state, if the current one allows it. */
 static void move(slot_t *slot, status_t status, frame_state_t from, frame_state_t to)
 {
     HOLDS(status == (slot->state == from ? STATUS_OK : STATUS_STATE));
@@ -230,7 +230,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     memset(slots, 0, sizeof(slots));
     places = 0;
     HOLDS(frame_pool_init(&pool, memory, sizeof(memory), SLOTS) == STATUS_OK);
-    /* The count of the line may wrap around in between. */
+    /* The queue's count may wrap around in between. */
     pool.next_order = UINT32_MAX - take(&input);
     while (input.length > 0) {
         uint8_t  what  = take(&input);

@@ -4,13 +4,13 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-/* A session under any sequence of requests from a serial line and two peers of a network, of noise on both, of time
- * that passes and of matches that end. At its end the device still answers somebody new. */
+/* A session under any sequence of requests from a serial line and two UDP peers, of noise on both, of time
+ * that passes and of matches that end. At the end the device still answers a new host. */
 
 #include <string.h>
 
 #include "fake_frame_link.h"
-#include "litestereo/message.h"
+#include "link/protocol/message.h"
 #include "session_bench.h"
 #include "session_requests.h"
 
@@ -18,7 +18,8 @@ static const peer_t peers[] = {
     {.udp = true, .address = 0xc0a80164, .port = 5000}, {.udp = true, .address = 0xc0a80165, .port = 5000},
 };
 
-/* A request on a line between two frames is answered once, unless it is no request, or the device is about to restart. */
+/* A request on a line between two frames is answered once, unless it is no request, or the device is about to
+ * restart. */
 static void ask(const message_t *request)
 {
     static uint8_t plain[PROTOCOL_MESSAGE_MAX], framed[COBS_ENCODED_MAX(PROTOCOL_MESSAGE_MAX) + 2];
@@ -44,7 +45,7 @@ static void post(const peer_t *peer, const message_t *request)
     static uint8_t bytes[PROTOCOL_MESSAGE_MAX];
 
     fake_frame_link_receive(peer, bytes, message_build(request, bytes));
-    bench_turn();
+    bench_poll();
 }
 
 static void take_noise(input_t *input, const peer_t *peer)
@@ -60,7 +61,7 @@ static void take_noise(input_t *input, const peer_t *peer)
     } else if (length > 0) {
         fake_frame_link_receive(peer, bytes, length);
     }
-    bench_turn();
+    bench_poll();
 }
 
 static void step(input_t *input)
@@ -88,24 +89,24 @@ static void step(input_t *input)
         break;
     case 6:
         ticks += what / 8 * (HZ / 4);
-        bench_turn();
+        bench_poll();
         break;
     default:
         bench_match(what / 8 != 1);
-        bench_turn();
+        bench_poll();
         break;
     }
 }
 
-/* Whatever has been, after a silence the device is there for somebody else, with all its slots. */
+/* In any case the device is free for another host after a silence, with all its slots. */
 static void require_life(void)
 {
     static const uint8_t nonce[4] = {1, 2, 3, 4};
     const message_t      hello    = {.version = PROTOCOL_VERSION, .type = TYPE_HELLO, .length = 4, .payload = nonce};
 
-    for (unsigned turn = 0; turn < 8 * (PROTOCOL_SILENCE_S + 1); turn++) {
+    for (unsigned round = 0; round < 8 * (PROTOCOL_SILENCE_S + 1); round++) {
         ticks += HZ / 8;
-        bench_turn();
+        bench_poll();
     }
     HOLDS(!line.in_frame);
     ask(&hello);

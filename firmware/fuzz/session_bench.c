@@ -11,7 +11,7 @@
 
 #include "fake_frame_link.h"
 #include "fake_stream.h"
-#include "litestereo/bytes.h"
+#include "lib/bytes.h"
 #include "litestereo/platform.h"
 
 #define GAP       256u
@@ -79,7 +79,7 @@ static void take_text(void *context, const uint8_t *bytes, size_t length)
     HOLDS(length > 0 && memchr(bytes, 0, length) == NULL);
 }
 
-/* Parts of a map are those of a frame that is DONE, and go to whom it belongs. */
+/* Parts of a map are of a frame that is DONE, and go to its owner. */
 static bool take_datagram(const peer_t *peer, const uint8_t *bytes, size_t length)
 {
     message_t message;
@@ -168,13 +168,13 @@ void bench_reset(void)
     make_links();
 }
 
-void bench_turn(void)
+void bench_poll(void)
 {
     clock_now();
     serial_link_poll(&line, ticks);
     udp_link_poll(&udp, ticks);
     session_poll(&session, ticks);
-    /* The device is there again at once, with its memory as it was. */
+    /* The device restarts at once, with its memory unchanged. */
     session.restarting = session.restarting && !session_wants_restart(&session, ticks);
 }
 
@@ -188,9 +188,9 @@ void bench_check(void)
         HOLDS((frame->state == FRAME_EMPTY) == (frame->owner == FRAME_OWNER_NONE));
         HOLDS(frame->state == FRAME_EMPTY || frame_pool_find(&pool, frame->owner, frame->id) == frame);
         HOLDS(frame->state < FRAME_READY || frame->missing == 0);
-        /* No session, no frames of one. */
+        /* Without a session there are no frames of the link. */
         HOLDS(frame->state == FRAME_EMPTY || session.open);
         matching += frame->state == FRAME_MATCHING;
     }
-    HOLDS(matching <= 1 && udp.waiting <= PROTOCOL_READS_IN_LINE && (!session.open || session.token != 0));
+    HOLDS(matching <= 1 && udp.queued <= PROTOCOL_QUEUED_READS && (!session.open || session.token != 0));
 }

@@ -4,20 +4,20 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-/* A session with a serial line and a network, a matcher that is told when it ends, and memory that nobody may touch
- * around each slot. All that goes out is looked at. */
+/* A session with a serial line and a network, a matcher that ends on command, and memory that must not be touched
+ * around each slot. Everything that is sent is checked. */
 
 #ifndef SESSION_BENCH_H
 #define SESSION_BENCH_H
 
 #include "fuzz.h"
-#include "link/udp_link.h"
-#include "litestereo/serial_link.h"
+#include "link/serial_link.h"
+#include "link/udp/udp_link.h"
 
-/** Clocks of a second. */
+/** Clocks per second. */
 #define HZ 1000000u
 
-/** What is asked. */
+/** The session under test. */
 extern session_t     session;
 extern frame_pool_t  pool;
 extern counters_t    counters;
@@ -27,20 +27,20 @@ extern udp_link_t    udp;
 /** The clock. */
 extern uint64_t ticks;
 
-/** Replies that went out on the serial line, and the last of them. */
+/** Number of replies sent on the serial line, and the last of them. */
 extern unsigned  replies;
 extern message_t reply;
 
-/** Makes everything anew. */
+/** Resets everything. */
 void bench_reset(void);
 
-/** Lets the firmware take a turn. */
-void bench_turn(void);
+/** Polls the firmware once. */
+void bench_poll(void);
 
-/** Lets the matcher go on: begins the next frame, or ends the one that it has, well or not. */
+/** Advances the matcher: begins the next frame, or ends the current one, with or without an error. */
 void bench_match(bool well);
 
-/** Looks at what always has to hold. */
+/** Checks the invariants. */
 void bench_check(void);
 
 #endif

@@ -9,9 +9,9 @@
 #include <string.h>
 
 #include "generated/csr.h"
-#include "litestereo/bytes.h"
+#include "lib/bytes.h"
 
-/* What of a request is any number. */
+/* Sets a field of the request to any number. */
 #define ANY_TYPE    (1u << 0)
 #define ANY_TOKEN   (1u << 1)
 #define ANY_OFFSET  (1u << 2)

@@ -8,7 +8,7 @@
 
 #include <string.h>
 
-/* Grey values are products with this many bits behind the point: one multiplication a pixel, and no division. */
+/* Fractional bits of the scale: a pixel costs one multiplication, and no division. */
 #define SCALE_BITS 16
 
 static uint32_t smaller(uint32_t a, uint32_t b)
@@ -40,7 +40,7 @@ uint32_t grey_map_row(const stereo_settings_t *settings, const int16_t *map, uin
 {
     uint32_t columns = smaller(width, settings->width);
     uint32_t rows    = smaller(height, settings->height);
-    uint32_t left    = (width - columns) / 2;
+    uint32_t before  = (width - columns) / 2;
     uint32_t above   = (height - rows) / 2;
 
     if (row < above || row - above >= rows) {
@@ -48,8 +48,8 @@ uint32_t grey_map_row(const stereo_settings_t *settings, const int16_t *map, uin
         return 0;
     }
     map += (row - above + (settings->height - rows) / 2) * settings->width + (settings->width - columns) / 2;
-    memset(out, 0, left);
-    convert(settings, map, out + left, columns);
-    memset(out + left + columns, 0, width - left - columns);
+    memset(out, 0, before);
+    convert(settings, map, out + before, columns);
+    memset(out + before + columns, 0, width - before - columns);
     return columns;
 }

@@ -29,17 +29,3 @@ void print_to(print_write_t write, void *context, const char *format, va_list ar
     }
     write(context, (const uint8_t *)line, strlen(line));
 }
-
-static void write_serial(void *context, const uint8_t *bytes, size_t length)
-{
-    serial_send(context, bytes, length);
-}
-
-void print(serial_t *serial, const char *format, ...)
-{
-    va_list arguments;
-
-    va_start(arguments, format);
-    print_to(write_serial, serial, format, arguments);
-    va_end(arguments);
-}

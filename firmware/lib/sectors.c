@@ -11,17 +11,17 @@
 
 #include "litestereo/depth.h"
 
-/* Sixteenths of a pixel in a whole one: bins of the second look at the map. */
+/* Sixteenths of a pixel in a pixel: bins of the second pass over the map. */
 #define FINE       16u
 #define FINE_SHIFT 4u
 
-/* Most disparities in whole pixels: bins of the first look. */
+/* Most disparities in whole pixels: bins of the first pass. */
 #define COARSE 256u
 
-/* Counts the disparities of a sector, from `base` on, in bins of 2**`shift` sixteenths of a pixel. Those beyond the last
- * bin are in none. */
-static void count_disparities(const stereo_settings_t *settings, const int16_t *map, const sector_t *sector, int32_t base,
-    uint32_t shift, uint32_t *bins, uint32_t count)
+/* Counts the disparities of a sector in bins of 2**`shift` sixteenths of a pixel, from `base` on. Those above the last
+ * bin are not counted. */
+static void count_disparities(const stereo_settings_t *settings, const int16_t *map, const sector_t *sector,
+    int32_t base, uint32_t shift, uint32_t *bins, uint32_t count)
 {
     uint32_t margin = settings->block_size / 2u;
 
@@ -40,7 +40,8 @@ static void count_disparities(const stereo_settings_t *settings, const int16_t *
     }
 }
 
-/* Largest bin that has `least` counts together with those beyond it; `least` becomes what it needs itself. */
+/* Largest bin that together with the bins above it has at least `least` counts; subtracts the counts above it from
+ * `least`. */
 static uint32_t find_bin(const uint32_t *bins, uint32_t count, uint32_t *least)
 {
     uint32_t bin = count - 1;
@@ -53,7 +54,7 @@ static uint32_t find_bin(const uint32_t *bins, uint32_t count, uint32_t *least)
 
 static void find(const stereo_settings_t *settings, const int16_t *map, uint32_t least, sector_t *sector)
 {
-    /* The value of a pixel without disparity is below. */
+    /* The value of a pixel without a disparity is smaller. */
     int32_t  base = settings->min_disparity * (int32_t)FINE;
     uint32_t bins[COARSE];
     uint32_t coarse;

@@ -4,7 +4,7 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-#include "litestereo/counters.h"
+#include "counters.h"
 
 static const char *const names[COUNTERS] = {
     [COUNTER_MESSAGES_RECEIVED]     = "messages_received",

@@ -4,25 +4,25 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-/* What the parts of the session share: a request on its way to its reply. */
+/* Shared by the files of the session: a request on its way to its reply. */
 
 #ifndef LITESTEREO_LINK_EXCHANGE_H
 #define LITESTEREO_LINK_EXCHANGE_H
 
-#include "litestereo/session.h"
+#include "session.h"
 
-/** A reset comes after this part of a second: what is on its way out has left by then. */
-#define RESTARTS_PER_SECOND 10u
+/** Milliseconds from a RESTART to the reset, so that the reply leaves first. */
+#define RESTART_DELAY_MS 100u
 
-/** A request and what is becoming of it. */
+/** A request and its reply in the making. */
 typedef struct {
-    const message_t *request;  /**< What the host asks. */
+    const message_t *request;  /**< The host's request. */
     uint8_t         *payload;  /**< Room for the payload of the reply, PROTOCOL_CHUNK_SIZE bytes. */
     uint32_t         length;   /**< Bytes of it in use. */
     uint64_t         clock;    /**< Uptime in clocks. */
-    const peer_t    *peer;     /**< Whom the request came from. */
-    bool             silent;   /**< There is no reply: it is made past the session, or there is none to make. */
-    uint16_t         error;    /**< enum protocol_error; ERROR_NONE where the request was done. */
+    const peer_t    *peer;     /**< The sender of the request. */
+    bool             no_reply; /**< The session sends no reply: gateware does, or there is none. */
+    uint16_t         error;    /**< enum protocol_error; ERROR_NONE if the request succeeded. */
     uint32_t         detail;   /**< Detail of the error. */
 } exchange_t;
 
@@ -45,7 +45,7 @@ void session_start(session_t *session, exchange_t *exchange);
 void session_status(session_t *session, exchange_t *exchange);
 void session_release(session_t *session, exchange_t *exchange);
 
-/* Requests about pieces of a frame, in session_pieces.c. */
+/* Requests about chunks and parts of a frame, in session_pieces.c. */
 void session_upload(session_t *session, exchange_t *exchange);
 void session_missing(session_t *session, exchange_t *exchange);
 void session_read(session_t *session, exchange_t *exchange);
@@ -63,52 +63,54 @@ void session_restart(session_t *session, exchange_t *exchange);
 /** What STATUS reports as first missing: chunks of a stored frame, pairs of a streamed one. */
 uint32_t session_first_missing(const session_t *session, const frame_t *frame);
 
-/** Remembers that a frame, if it is a streamed one, leaves. */
-void session_note_left(session_t *session, const frame_t *frame);
+/** Remembers the departure of a frame if it is streamed. */
+void session_remember_departed(session_t *session, const frame_t *frame);
 
-/** Judges, in session_peer.c, whether a request comes from whom the session belongs to; refuses it if not. */
+/** Whether the STREAM with that sequence opened a frame that has departed. */
+bool session_has_departed(const session_t *session, uint32_t sequence);
+
+/** Whether a request is the session's, or may begin a session; refuses it if not. In session_peer.c. */
 bool session_admit(session_t *session, exchange_t *exchange);
 
-/** What moves images and maps of the session past it; null if it is one of the serial line. */
-static inline const session_transfer_t *session_transfer(const session_t *session)
+/** Whether the session's host is at UDP, so that gateware moves images and maps; else it is at the serial line. */
+static inline bool session_is_udp(const session_t *session)
 {
-    return session->peer.udp ? session->transfer : NULL;
+    return session->peer.udp && session->transfer != NULL;
 }
 
 /** Most pixels of a frame of the session. */
 static inline uint32_t session_max_pixels(const session_t *session)
 {
-    const session_transfer_t *transfer = session_transfer(session);
-    uint32_t                  most     = session->pool->max_pixels;
+    uint32_t most = session->pool->max_pixels;
 
-    return transfer != NULL && transfer->max_pixels < most ? transfer->max_pixels : most;
+    return session_is_udp(session) && session->transfer->max_pixels < most ? session->transfer->max_pixels : most;
 }
 
-/** Frame of the link with that id; null if there is none. */
+/** Frame of the link with this id; null if there is none. */
 static inline frame_t *session_find(session_t *session, uint32_t id)
 {
     return frame_pool_find(session->pool, FRAME_OWNER_LINK, id);
 }
 
-/** The way of streamed frames of that peer; null if there is none, as on the serial line. */
-static inline const frame_stream_t *session_stream_way(const session_t *session, const peer_t *peer)
+/** Path of streamed frames for this peer; null if there is none, as on the serial line. */
+static inline const frame_stream_t *session_stream_path(const session_t *session, const peer_t *peer)
 {
     return peer->udp && session->transfer != NULL ? session->transfer->stream : NULL;
 }
 
-/** Opens a frame that is not open yet, or refuses it and returns null; a streamed one is READY at once. */
+/** Opens a new frame, or refuses the request and returns null; a streamed frame is READY at once. */
 frame_t *session_open_new(session_t *session, exchange_t *exchange, const stereo_settings_t *settings, bool streamed);
 
-/** Settings of the frame that a request, OPEN or STREAM, wants. */
+/** Settings of the frame that an OPEN or a STREAM asks for. */
 stereo_settings_t session_settings_of(const session_t *session, const message_t *request);
 
 /** Finds the frame that a request is about, or refuses the request. */
 frame_t *session_find_or_refuse(session_t *session, exchange_t *exchange);
 
-/** Learns which chunks of a frame have come past the session. */
+/** Marks the chunks of a frame that gateware has received. */
 void session_refresh(session_t *session, frame_t *frame);
 
-/** Frees a slot in any state, stopping a match that runs, and counts it as `counter`. */
+/** Frees the slot of a frame in any state, and counts it as `counter`; stops its match if one runs. */
 void session_free(session_t *session, frame_t *frame, enum counter counter);
 
 /** Frees the slots of all frames of the link. */

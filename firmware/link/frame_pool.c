@@ -4,15 +4,15 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-#include "litestereo/frame_pool.h"
+#include "frame_pool.h"
 
 #include <string.h>
 
-#include "litestereo/bytes.h"
+#include "lib/bytes.h"
 
 #define CHUNK PROTOCOL_CHUNK_SIZE
 
-/* States that a state may be followed by, one bit each. */
+/* States that may follow a state, one bit each. */
 static const uint8_t followers[] = {
     [FRAME_EMPTY]    = 1 << FRAME_LOADING,
     [FRAME_LOADING]  = 1 << FRAME_READY | 1 << FRAME_EMPTY,
@@ -39,12 +39,12 @@ static size_t round_up(size_t value, size_t step)
 /* Most pixels whose images, in whole chunks, and map fit in `size` bytes, a multiple of the alignment. */
 static uint32_t capacity(size_t size)
 {
-    size_t   chunks = size / (4 * CHUNK) + 1;  /* A pixel takes four bytes, and the last chunk may be part empty. */
+    size_t   chunks = size / (4 * CHUNK) + 1;  /* A pixel takes four bytes, and the last chunk may be partly empty. */
     uint32_t pixels = 0;
 
     for (; chunks > 0 && pixels == 0; chunks--) {
-        size_t left = size > 2 * chunks * CHUNK ? size - 2 * chunks * CHUNK : 0;
-        size_t fit  = left / 2 < chunks * CHUNK ? left / 2 : chunks * CHUNK;
+        size_t rest = size > 2 * chunks * CHUNK ? size - 2 * chunks * CHUNK : 0;
+        size_t fit  = rest / 2 < chunks * CHUNK ? rest / 2 : chunks * CHUNK;
 
         if (fit > (chunks - 1) * CHUNK) {
             pixels = fit < FRAME_MAX_PIXELS ? (uint32_t)fit : FRAME_MAX_PIXELS;
@@ -121,7 +121,7 @@ frame_t *frame_pool_next(frame_pool_t *pool)
     for (unsigned slot = 0; slot < pool->slots; slot++) {
         frame_t *frame = &pool->frame[slot];
 
-        /* The difference tells before from after even when the count has wrapped around. */
+        /* A signed difference orders them even after the count has wrapped around. */
         if (frame->state == FRAME_READY && (next == NULL || (int32_t)(frame->order - next->order) < 0)) {
             next = frame;
         }
@@ -180,7 +180,7 @@ status_t frame_write(frame_t *frame, uint32_t offset, const uint8_t *chunk, uint
     return STATUS_OK;
 }
 
-void frame_note(frame_t *frame, uint32_t word, uint32_t arrived)
+void frame_mark_received(frame_t *frame, uint32_t word, uint32_t arrived)
 {
     uint32_t chunks = frame_chunks(frame);
 
@@ -231,7 +231,7 @@ status_t frame_pool_start(frame_pool_t *pool, frame_t *frame)
 
 status_t frame_pool_stream(frame_pool_t *pool, frame_t *frame, uint32_t sequence)
 {
-    /* What never comes to memory is not missing there. */
+    /* The chunks never come to memory, so none is missing there. */
     status_t status = frame_fill(frame);
 
     if (status != STATUS_OK) {

@@ -4,7 +4,7 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-#include "litestereo/serial_link.h"
+#include "serial_link.h"
 
 #include <string.h>
 
@@ -56,7 +56,7 @@ static void end_frame(serial_link_t *link, uint64_t clock)
     }
 }
 
-/* Takes bytes of a frame; returns the number taken. */
+/* Decodes bytes of a frame; returns their number. */
 static size_t receive_frame(serial_link_t *link, uint64_t clock, const uint8_t *bytes, size_t length)
 {
     size_t taken = cobs_decode(&link->decoder, bytes, length);
@@ -64,7 +64,7 @@ static size_t receive_frame(serial_link_t *link, uint64_t clock, const uint8_t *
     if (taken == length) {
         return taken;
     }
-    /* At a delimiter. Two in a row are the end of a frame that was lost and the beginning of the next. */
+    /* At a delimiter. Two delimiters in a row are the end of a lost frame and the beginning of the next. */
     if (link->decoder.started) {
         link->in_frame = false;
         end_frame(link, clock);
@@ -72,7 +72,7 @@ static size_t receive_frame(serial_link_t *link, uint64_t clock, const uint8_t *
     return taken + 1;
 }
 
-/* Takes console text and the delimiter that ends it; returns the number of bytes taken. */
+/* Passes on console text up to a delimiter; returns the number of bytes, with the delimiter. */
 static size_t receive_text(serial_link_t *link, const uint8_t *bytes, size_t length)
 {
     const uint8_t *delimiter = memchr(bytes, 0, length);

@@ -4,19 +4,19 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-#include "litestereo/session.h"
+#include "session.h"
 
 #include <string.h>
 
 #include "exchange.h"
-#include "litestereo/bytes.h"
+#include "lib/bytes.h"
 
 #define ANY_LENGTH 0xffffffffu
 
-/* How each type of request is served; a type without a handler is unknown. */
+/* Handler of each type of request; a type without one is unknown. */
 static const struct {
     void   (*handle)(session_t *session, exchange_t *exchange);
-    uint32_t length;  /* Bytes of payload, or ANY_LENGTH where the handler judges. */
+    uint32_t length;  /* Bytes of payload; ANY_LENGTH if the handler checks it. */
 } requests[] = {
     [TYPE_HELLO]      = {session_hello, 4},
     [TYPE_CONFIGURE]  = {session_configure, ANY_LENGTH},
@@ -56,8 +56,8 @@ void session_init(session_t *session, const device_info_t *info, frame_pool_t *p
     set_defaults(session);
 }
 
-/* Xorshift32, stirred; a token has to differ from those of other boots, not to withstand guessing. */
-static uint32_t stir(session_t *session, uint32_t with)
+/* Xorshift32 with a value mixed in. A token has to differ from those of other boots, not to withstand guessing. */
+static uint32_t next_random(session_t *session, uint32_t with)
 {
     session->random ^= with;
     session->random += session->random == 0;
@@ -69,10 +69,10 @@ static uint32_t stir(session_t *session, uint32_t with)
 
 static uint32_t draw_token(session_t *session, uint32_t nonce)
 {
-    uint32_t token = stir(session, nonce);
+    uint32_t token = next_random(session, nonce);
 
     while (token == 0 || token == session->token) {
-        token = stir(session, 0);
+        token = next_random(session, 0);
     }
     return token;
 }
@@ -81,7 +81,7 @@ static uint32_t features(const session_t *session)
 {
     uint32_t of_matcher = session->info->limits.features & ~(PROTOCOL_FEATURE_STREAMING | PROTOCOL_FEATURE_UPDATE);
 
-    return of_matcher | (session_stream_way(session, &session->peer) != NULL ? PROTOCOL_FEATURE_STREAMING : 0)
+    return of_matcher | (session_stream_path(session, &session->peer) != NULL ? PROTOCOL_FEATURE_STREAMING : 0)
         | (session->update != NULL ? PROTOCOL_FEATURE_UPDATE : 0);
 }
 
@@ -109,16 +109,17 @@ static void put_capabilities(const session_t *session, uint8_t *payload)
     }
 }
 
-/* Chunks of this session are taken past it from now on, if it is one of UDP, and of no other one. */
-static void tell_transfer(const session_t *session)
+/* Has gateware accept the chunks of this session if it is open and at UDP, and no others. */
+static void set_transfer_session(const session_t *session)
 {
     if (session->transfer != NULL) {
-        session->transfer->begin(session->transfer->context, session->open && session->peer.udp ? session->token : 0,
-            &session->peer);
+        uint32_t token = session->open && session->peer.udp ? session->token : 0;
+
+        session->transfer->set_session(session->transfer->context, token, &session->peer);
     }
 }
 
-/* A firmware that the host before has left in memory is of no use; one that is being written is not given up. */
+/* Drops a firmware that the previous host left in memory, unless it is being written. */
 static void forget_update(const session_t *session)
 {
     if (session->update != NULL) {
@@ -131,7 +132,7 @@ void session_hello(session_t *session, exchange_t *exchange)
     uint32_t nonce = get_u32(exchange->request->payload);
     bool     again = session->token != 0 && session->nonce == nonce && peer_is(&session->peer, exchange->peer);
 
-    /* A copy may come late, even behind the session's end, and begins nothing. */
+    /* A late copy of the HELLO, even after the session's end, begins no session. */
     if (!again) {
         session_free_all(session, COUNTER_FRAMES_RECLAIMED);
         session->token = draw_token(session, nonce);
@@ -139,10 +140,10 @@ void session_hello(session_t *session, exchange_t *exchange)
         session->open  = true;
         session->peer  = *exchange->peer;
         session->heard = exchange->clock;
-        session->streams_left = 0;
+        session->departed_count = 0;
         forget_update(session);
         set_defaults(session);
-        tell_transfer(session);
+        set_transfer_session(session);
         count(session->counters, COUNTER_SESSIONS);
     }
     put_capabilities(session, exchange->payload);
@@ -153,7 +154,7 @@ void session_hello(session_t *session, exchange_t *exchange)
 _Static_assert(STEREO_FIELD_MEDIAN - STEREO_FIELD_DISPARITIES == PARAMETER_MEDIAN - PARAMETER_DISPARITIES,
     "each field has its parameter");
 
-/* Applies one entry of a CONFIGURE to `settings`; returns whether it is acceptable, and refuses it if not. */
+/* Applies one entry of a CONFIGURE to `settings`, or refuses it and returns false. */
 static bool configure(const session_t *session, exchange_t *exchange, const uint8_t *entry, stereo_settings_t *settings)
 {
     uint16_t       parameter = get_u16(entry);
@@ -190,13 +191,13 @@ void session_configure(session_t *session, exchange_t *exchange)
             return;
         }
     }
-    /* All of them or none. */
+    /* All entries take effect, or none. */
     session->settings = settings;
 }
 
 void session_statistics(session_t *session, exchange_t *exchange)
 {
-    session_look(session, exchange->clock);
+    session_update_counters(session, exchange->clock);
     for (unsigned i = 0; i < COUNTERS; i++) {
         put_u32(exchange->payload + 4 * i, session->counters->value[i]);
     }
@@ -208,7 +209,7 @@ void session_bye(session_t *session, exchange_t *exchange)
     (void)exchange;
     session_free_all(session, COUNTER_FRAMES_RELEASED);
     session->open = false;
-    tell_transfer(session);
+    set_transfer_session(session);
 }
 
 static bool needs_flash(uint8_t type)
@@ -216,13 +217,13 @@ static bool needs_flash(uint8_t type)
     return type == TYPE_UPDATE || type == TYPE_IMAGE || type == TYPE_WRITE || type == TYPE_PROGRESS;
 }
 
-/* Whether somebody serves requests of that type of that peer. */
+/* Whether the device serves this type of request for this peer. */
 static bool is_known(const session_t *session, const exchange_t *exchange)
 {
     uint8_t type = exchange->request->type;
 
     return type < sizeof(requests) / sizeof(requests[0]) && requests[type].handle != NULL
-        && (type != TYPE_STREAM || session_stream_way(session, exchange->peer) != NULL)
+        && (type != TYPE_STREAM || session_stream_path(session, exchange->peer) != NULL)
         && (!needs_flash(type) || session->update != NULL);
 }
 
@@ -264,7 +265,7 @@ bool session_handle(session_t *session, uint64_t clock, const peer_t *peer, cons
 {
     exchange_t exchange = {.request = request, .payload = payload, .clock = clock, .peer = peer};
 
-    stir(session, (uint32_t)clock);
+    (void)next_random(session, (uint32_t)clock);
     if ((request->type & PROTOCOL_REPLY_BIT) != 0) {
         count(session->counters, COUNTER_HEADER_ERRORS);
         return false;
@@ -273,17 +274,17 @@ bool session_handle(session_t *session, uint64_t clock, const peer_t *peer, cons
     if (peer_is(&session->peer, peer)) {
         session->heard = clock;
     }
-    /* Over UDP gateware takes pixels; what gets here is nothing that it knows, and is not answered either. */
+    /* Over UDP gateware receives the pixels. It passes on those that it cannot place; they get no reply. */
     if (peer->udp && (request->type == TYPE_UPLOAD || request->type == TYPE_PAIRS)
         && request->version == PROTOCOL_VERSION) {
         return false;
     }
-    /* A session that began now would not last. */
+    /* A session that begins now would be lost in the restart. */
     if (session->restarting && request->type != TYPE_RESTART) {
         return false;
     }
     serve(session, &exchange);
-    if (exchange.silent) {
+    if (exchange.no_reply) {
         return false;
     }
     *reply = (message_t){

@@ -4,25 +4,25 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-/* Whose the session is, and for how long. */
+/* Which host the session belongs to, and for how long. */
 
 #include "exchange.h"
 
-/* Looks for chunks that come past the session, in each second of silence. */
-#define LOOKS_PER_SECOND 64u
+/* Updates of the counters per second by session_poll. */
+#define UPDATES_PER_SECOND 64u
 
-void session_look(session_t *session, uint64_t clock)
+void session_update_counters(session_t *session, uint64_t clock)
 {
     const session_transfer_t *transfer = session->transfer;
     const uint32_t           *value    = session->counters->value;
     uint32_t                  before   = value[COUNTER_CHUNKS_RECEIVED] + value[COUNTER_CHUNKS_REPEATED];
 
-    session->looked = clock;
+    session->counters_updated = clock;
     if (transfer == NULL) {
         return;
     }
-    transfer->count(transfer->context);
-    /* What comes past the session is of its peer, and of UDP: nobody else's is taken. */
+    transfer->update_counters(transfer->context);
+    /* Gateware accepts chunks of the session's peer only, so they are a sign of life. */
     if (session->peer.udp && value[COUNTER_CHUNKS_RECEIVED] + value[COUNTER_CHUNKS_REPEATED] != before) {
         session->heard = clock;
     }
@@ -30,13 +30,13 @@ void session_look(session_t *session, uint64_t clock)
 
 void session_poll(session_t *session, uint64_t clock)
 {
-    if (clock - session->looked >= session->info->sys_clk_hz / LOOKS_PER_SECOND) {
-        session_look(session, clock);
+    if (clock - session->counters_updated >= session->info->sys_clk_hz / UPDATES_PER_SECOND) {
+        session_update_counters(session, clock);
     }
 }
 
-/* Clocks until the session may be taken over; 0 if it may be now. */
-static uint64_t time_left(const session_t *session, uint64_t clock)
+/* Clocks until another host may take over the session; 0 if it may do so now. */
+static uint64_t clocks_to_takeover(const session_t *session, uint64_t clock)
 {
     uint64_t limit  = (uint64_t)PROTOCOL_SILENCE_S * session->info->sys_clk_hz;
     uint64_t silent = clock - session->heard;
@@ -44,17 +44,17 @@ static uint64_t time_left(const session_t *session, uint64_t clock)
     return session->open && silent < limit ? limit - silent : 0;
 }
 
-/* Judges a request of another peer than the session's. */
+/* Admits a HELLO of another peer once the session is closed or silent; refuses everything else. */
 static bool admit_other(session_t *session, exchange_t *exchange)
 {
     uint32_t hz = session->info->sys_clk_hz;
-    uint64_t left;
+    uint64_t wait;
 
-    session_look(session, exchange->clock);
-    left = time_left(session, exchange->clock);
-    if (left > 0) {
+    session_update_counters(session, exchange->clock);
+    wait = clocks_to_takeover(session, exchange->clock);
+    if (wait > 0) {
         count(session->counters, COUNTER_SESSIONS_REFUSED);
-        refuse(exchange, ERROR_BUSY, (uint32_t)((left * 1000 + hz - 1) / hz));
+        refuse(exchange, ERROR_BUSY, (uint32_t)((wait * 1000 + hz - 1) / hz));
         return false;
     }
     if (exchange->request->type != TYPE_HELLO) {
@@ -75,7 +75,7 @@ bool session_admit(session_t *session, exchange_t *exchange)
     if (request->type == TYPE_HELLO) {
         return true;
     }
-    /* A bye that comes again finds its session closed, and is answered all the same. */
+    /* A repeated BYE finds its session closed, and is answered all the same. */
     if (!known || (!session->open && request->type != TYPE_BYE)) {
         refuse(exchange, ERROR_SESSION, 0);
         return false;

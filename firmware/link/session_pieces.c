@@ -4,10 +4,10 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-/* Requests about pieces of a frame: chunks of its images, parts of its map. */
+/* Requests about chunks of a frame's images and about parts of its map. */
 
 #include "exchange.h"
-#include "litestereo/bytes.h"
+#include "lib/bytes.h"
 
 static void count_chunk(session_t *session, bool repeated)
 {
@@ -57,7 +57,7 @@ void session_missing(session_t *session, exchange_t *exchange)
     session_refresh(session, frame);
     chunks           = frame_chunks(frame);
     exchange->length = (chunks + 7) / 8;
-    /* By words: hosts ask this often. What is behind the length is not sent. */
+    /* In words, because hosts ask often. What the last word has beyond the length is not sent. */
     for (uint32_t word = 0; word < (chunks + 31) / 32; word++) {
         put_u32(exchange->payload + 4 * word, ~frame->received[word]);
     }
@@ -66,22 +66,21 @@ void session_missing(session_t *session, exchange_t *exchange)
     }
 }
 
-/* Has the replies to a READ sent past the session. */
-static void read_past_session(const session_transfer_t *transfer, exchange_t *exchange, const frame_t *frame,
-    uint32_t length)
+/* Has gateware send the replies to a READ. */
+static void queue_read(const session_transfer_t *transfer, exchange_t *exchange, const frame_t *frame, uint32_t length)
 {
-    exchange->silent = transfer->read(transfer->context, exchange->peer, exchange->request, frame, length);
-    if (!exchange->silent) {
-        refuse(exchange, ERROR_BUSY, PROTOCOL_READS_IN_LINE);
+    exchange->no_reply = transfer->queue_read(transfer->context, exchange->peer, exchange->request, frame, length);
+    if (!exchange->no_reply) {
+        refuse(exchange, ERROR_BUSY, PROTOCOL_QUEUED_READS);
     }
 }
 
 void session_read(session_t *session, exchange_t *exchange)
 {
-    const session_transfer_t *transfer = session_transfer(session);
-    uint32_t                  offset   = exchange->request->offset;
-    uint32_t                  length   = get_u32(exchange->request->payload);
-    const frame_t            *frame    = session_find_or_refuse(session, exchange);
+    bool           is_udp = session_is_udp(session);
+    uint32_t       offset = exchange->request->offset;
+    uint32_t       length = get_u32(exchange->request->payload);
+    const frame_t *frame  = session_find_or_refuse(session, exchange);
 
     if (frame == NULL) {
         return;
@@ -90,13 +89,13 @@ void session_read(session_t *session, exchange_t *exchange)
         refuse(exchange, frame->result.error, frame->result.detail);
     } else if (frame->state != FRAME_DONE) {
         refuse(exchange, ERROR_STATE, frame->state);
-    } else if (length == 0 || (transfer == NULL && length > PROTOCOL_CHUNK_SIZE)) {
+    } else if (length == 0 || (!is_udp && length > PROTOCOL_CHUNK_SIZE)) {
         refuse(exchange, ERROR_LENGTH, PROTOCOL_CHUNK_SIZE);
     } else if (offset >= frame_map_size(frame) || length > frame_map_size(frame) - offset
-        || (transfer != NULL && offset % PROTOCOL_CHUNK_SIZE != 0)) {
+        || (is_udp && offset % PROTOCOL_CHUNK_SIZE != 0)) {
         refuse(exchange, ERROR_OFFSET, offset);
-    } else if (transfer != NULL) {
-        read_past_session(transfer, exchange, frame, length);
+    } else if (is_udp) {
+        queue_read(session->transfer, exchange, frame, length);
     } else {
         copy_bytes(exchange->payload, frame_map(frame) + offset, length);
         exchange->length = length;

@@ -4,27 +4,10 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-/* Streamed frames: their pixels and maps never pass the session. */
+/* Requests about streamed frames, whose pixels and maps gateware moves. */
 
 #include "exchange.h"
-#include "litestereo/bytes.h"
-
-void session_note_left(session_t *session, const frame_t *frame)
-{
-    if (frame->streamed) {
-        session->streams[session->streams_left++ % SESSION_STREAMS] = frame->sequence;
-    }
-}
-
-static bool has_left(const session_t *session, uint32_t sequence)
-{
-    for (uint32_t i = 0; i < SESSION_STREAMS && i < session->streams_left; i++) {
-        if (session->streams[i] == sequence) {
-            return true;
-        }
-    }
-    return false;
-}
+#include "lib/bytes.h"
 
 void session_stream(session_t *session, exchange_t *exchange)
 {
@@ -37,9 +20,9 @@ void session_stream(session_t *session, exchange_t *exchange)
         return;
     }
     if (frame == NULL) {
-        /* A frame that nobody feeds any more would hold up all behind it. */
-        if (has_left(session, request->sequence)) {
-            exchange->silent = true;
+        /* A late copy: its frame would never get pixels, and would hold up all frames after it. */
+        if (session_has_departed(session, request->sequence)) {
+            exchange->no_reply = true;
             return;
         }
         frame = session_open_new(session, exchange, &settings, true);
@@ -55,17 +38,4 @@ void session_stream(session_t *session, exchange_t *exchange)
     put_u16(exchange->payload + 2, 0);
     put_u32(exchange->payload + 4, 0);
     exchange->length = 8;
-}
-
-uint32_t session_first_missing(const session_t *session, const frame_t *frame)
-{
-    const frame_stream_t *stream = session_stream_way(session, &session->peer);
-
-    if (!frame->streamed || stream == NULL) {
-        return frame_first_missing(frame);
-    }
-    if (frame->state == FRAME_READY) {
-        return 0;
-    }
-    return frame->state == FRAME_MATCHING ? stream->wanted(stream->context) : PROTOCOL_NO_OFFSET;
 }

@@ -4,12 +4,12 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-/* Requests about the device's own firmware: another one for it, and a new start. */
+/* Requests that replace the device's firmware, and that restart it. */
 
 #include <string.h>
 
 #include "exchange.h"
-#include "litestereo/bytes.h"
+#include "lib/bytes.h"
 
 static void put_progress(const update_t *update, exchange_t *exchange)
 {
@@ -47,7 +47,7 @@ void session_image(session_t *session, exchange_t *exchange)
     const message_t *request = exchange->request;
     update_t        *update  = session->update;
 
-    switch (update_take(update, request->offset, request->payload, request->length)) {
+    switch (update_store(update, request->offset, request->payload, request->length)) {
     case STATUS_OK:
         break;
     case STATUS_STATE:
@@ -84,7 +84,7 @@ void session_restart(session_t *session, exchange_t *exchange)
     }
     if (!session->restarting) {
         session->restarting = true;
-        session->restart_at = exchange->clock + session->info->sys_clk_hz / RESTARTS_PER_SECOND;
+        session->restart_at = exchange->clock + (uint64_t)session->info->sys_clk_hz * RESTART_DELAY_MS / 1000;
     }
 }
 

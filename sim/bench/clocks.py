@@ -34,7 +34,7 @@ CASES = [(640, 480, 64, 9, "all"), (640, 480, 64, 9, "sad"), (640, 480, 16, 9, "
 #: What the CPU of the SoC gets: small, as it is slow.
 CPU_CASE = (160, 32, 64, 9, "sad")
 
-#: What "all" means: settings in which every stage has something to do, as firmware/app/selftest.c has them.
+#: What "all" means: settings in which every stage has something to do, as firmware/app/commands.c has them.
 ALL_STAGES = StereoSettings(min_disparity=3, texture_threshold=60, uniqueness_ratio=5, disp12_max_diff=1, median=True)
 
 #: What "sad" means.

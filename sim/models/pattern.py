@@ -14,7 +14,7 @@ LEFT_SEED, RIGHT_SEED = 1, 2
 
 
 def pattern(width: int, height: int, seed: int) -> NDArray[np.uint8]:
-    """Bytes of the little-endian words of Marsaglia's xorshift32, uint8, H x W: as firmware/app/pattern.h fills."""
+    """Bytes of the little-endian words of Marsaglia's xorshift32, uint8, H x W: as firmware/lib/pattern.h fills."""
     words = []
     for _ in range(-(-width*height//4)):
         seed ^= seed << 13 & 0xffffffff

@@ -29,8 +29,8 @@ from .section import PACKAGE, Section
 PAIRS = ("tsukuba", "venus")
 
 #: The firmware's matcher for the CPU, and the options for this computer: one thread.
-SOURCES = [*(FIRMWARE_DIR / "app" / name for name in ("stereo_bm.c", "prefilter.c", "left_right.c", "median.c")),
-           FIRMWARE_DIR / "drivers" / "stereo_settings.c", PACKAGE / "serial_sad.c"]
+SOURCES = [*(FIRMWARE_DIR / "reference" / name for name in ("stereo_bm.c", "prefilter.c", "left_right.c", "median.c")),
+           FIRMWARE_DIR / "lib" / "stereo_settings.c", PACKAGE / "serial_sad.c"]
 OPTIONS = ["-std=gnu11", "-O3", "-Wall", "-Wextra", "-Werror", f"-I{FIRMWARE_DIR / 'include'}", f"-I{FIRMWARE_DIR}"]
 
 #: Frames of which the fastest counts.

@@ -17,7 +17,7 @@
 #include <stdlib.h>
 #include <time.h>
 
-#include "app/stereo_bm.h"
+#include "reference/stereo_bm.h"
 
 static uint64_t now_ns(void)
 {

@@ -39,3 +39,9 @@ def test_headers_of_the_guide_exist():
     named = re.findall(r"`(\w+\.h)`", GUIDE)
     assert len(set(named)) > 12
     assert not [name for name in named if not (HEADERS / "litestereo" / name).is_file()]
+
+
+def test_every_header_is_in_the_guide():
+    headers = {path.name for path in HEADERS.rglob("*.h")}
+    assert len(headers) > 12
+    assert headers <= set(re.findall(r"`(\w+\.h)`", GUIDE))

@@ -13,8 +13,8 @@ from litestereo.host_tools.core.features import Feature
 from support.paths import CHECKOUT
 
 DOCUMENT = (CHECKOUT / "docs" / "protocol.md").read_text()
-INCLUDE  = CHECKOUT / "firmware" / "include" / "litestereo"
-PROTOCOL = (INCLUDE / "protocol.h").read_text()
+LINK     = CHECKOUT / "firmware" / "link"
+PROTOCOL = (LINK / "protocol" / "protocol.h").read_text()
 
 
 def section(title):
@@ -64,14 +64,14 @@ def test_header():
 def test_counters():
     documented = [row[1].strip("`") for row in section("Counters")]
     assert [int(row[0]) for row in section("Counters")] == list(range(len(documented)))
-    body = re.search(r"enum counter {(.*?)}", (INCLUDE / "counters.h").read_text(), re.DOTALL)[1]
+    body = re.search(r"enum counter {(.*?)}", (LINK / "counters.h").read_text(), re.DOTALL)[1]
     assert [name.lower() for name in re.findall(r"COUNTER_(\w+)", body)] == documented
-    source = (CHECKOUT / "firmware" / "link" / "counters.c").read_text()
+    source = (LINK / "counters.c").read_text()
     assert re.findall(r'"(\w+)"', source.split("names[", 1)[1]) == documented
 
 
 def test_states():
-    header     = (INCLUDE / "frame_pool.h").read_text()
+    header     = (LINK / "frame_pool.h").read_text()
     body       = re.search(r"typedef enum {([^}]*FRAME_EMPTY.*?)} frame_state_t", header, re.DOTALL)[1]
     states     = {name.lower(): int(value) for name, value in re.findall(r"FRAME_(\w+)\s*=\s*(\d)", body)}
     documented = next(row[2] for row in section("Frame status") if "`state`" in row[2])
@@ -81,7 +81,7 @@ def test_states():
 @pytest.mark.parametrize(("field", "prefix", "none"), [("state", "UPDATE_", {}),
                                                        ("failure", "UPDATE_", {"no_failure": 0})])
 def test_updates(field, prefix, none):
-    header     = (INCLUDE / "update.h").read_text()
+    header     = (LINK / "update" / "update.h").read_text()
     body       = re.search(rf"typedef enum {{([^}}]*?)}} update_{field}_t", header, re.DOTALL)[1]
     numbers    = {name.lower(): int(value) for name, value in re.findall(rf"{prefix}(\w+)\s*=\s*(\d)", body)}
     documented = next(row[2] for row in section("Progress") if f"`{field}`" in row[2])

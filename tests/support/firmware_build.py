@@ -23,7 +23,7 @@ OUT     = CHECKOUT / "build" / "firmware_tests"
 COUNTED = CHECKOUT / "build" / "firmware_coverage"
 
 #: Programs that are silent and end with 0 if all is well.
-UNITS = sorted({path.stem for path in (CHECKOUT / "firmware" / "tests").glob("test_*.c")} - {"test_vectors"})
+UNITS = sorted({path.stem for path in (CHECKOUT / "firmware" / "tests").rglob("test_*.c")} - {"test_vectors"})
 
 
 class BuildError(RuntimeError):

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""The images that the firmware makes up: firmware/app/pattern.h."""
+"""The images that the firmware makes up: firmware/lib/pattern.h."""
 
 import numpy as np
 

@@ -16,11 +16,11 @@
 
 /** A rectified stereo camera. */
 typedef struct {
-    uint32_t focal_px16;   /**< Focal length, sixteenths of a pixel, at the size that is matched. */
-    uint32_t baseline_um;  /**< From one camera to the other, micrometres. */
+    uint32_t focal_px16;   /**< Focal length in sixteenths of a pixel of the matched images. */
+    uint32_t baseline_um;  /**< Distance between the cameras, micrometres. */
 } stereo_camera_t;
 
-/** Distance of what is infinitely far. */
+/** Distance of an object at infinity. */
 #define DEPTH_FAR UINT32_MAX
 
 /** Disparity of a pixel of the map, sixteenths of a pixel. */
@@ -29,15 +29,15 @@ static inline int16_t disparity_at(const stereo_settings_t *settings, const int1
     return map[row * settings->width + column];
 }
 
-/** Whether a value of the map is a disparity; others are pixels without one. */
+/** Whether a value of the map is a disparity, and not the value of a pixel without one. */
 static inline bool disparity_is_valid(const stereo_settings_t *settings, int16_t value)
 {
     return value != stereo_settings_invalid(settings);
 }
 
-/** Distance along the optical axis of what has that disparity, sixteenths of a pixel, in millimetres, rounded.
+/** Distance along the optical axis for a disparity in sixteenths of a pixel; millimetres, rounded.
  *
- * DEPTH_FAR for a disparity of 0 or less, and for what would not fit.
+ * DEPTH_FAR for a disparity of 0 or less, and for distances that do not fit in the result.
  */
 static inline uint32_t depth_mm(const stereo_camera_t *camera, int16_t disparity)
 {

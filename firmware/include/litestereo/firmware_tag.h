@@ -4,8 +4,8 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-/* The last bytes of each program that is built for a SoC: what it is and what it runs on, for whoever is about to write it
- * to a flash. */
+/* The last bytes of every program: its version and the SoC that it is built for. They are checked before the program is
+ * written to a flash. */
 
 #ifndef LITESTEREO_FIRMWARE_TAG_H
 #define LITESTEREO_FIRMWARE_TAG_H
@@ -20,16 +20,16 @@
 #define FIRMWARE_TAG_MAGIC     "LSFW"
 #define FIRMWARE_TAG_NAME_SIZE 16u
 
-/** As it stands in a program; little-endian. */
+/** The tag; little-endian. */
 typedef struct {
     char     magic[4];                      /**< FIRMWARE_TAG_MAGIC, without its zero. */
     uint32_t soc;                           /**< Checksum of the SoC's addresses, sizes and constants. */
     uint32_t version;                       /**< FIRMWARE_VERSION. */
     uint32_t zero;                          /**< 0. */
-    char     name[FIRMWARE_TAG_NAME_SIZE];  /**< What the device calls itself. */
+    char     name[FIRMWARE_TAG_NAME_SIZE];  /**< Name of the device. */
 } firmware_tag_t;
 
-/** That of this program. */
+/** The tag of this program. */
 extern const firmware_tag_t firmware_tag;
 
 #endif

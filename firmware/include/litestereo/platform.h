@@ -4,7 +4,7 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-/* What the firmware needs of the SoC beside its peripherals. */
+/* Clock, caches, interrupts and memory of the SoC. */
 
 #ifndef LITESTEREO_PLATFORM_H
 #define LITESTEREO_PLATFORM_H
@@ -12,35 +12,35 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/** Clocks since the SoC began; not to be called in an interrupt, as its two halves are read one after the other. */
+/** Clocks since reset. Not to be called in an interrupt: latching and reading the counter is not atomic. */
 uint64_t clock_now(void);
 
-/** Clocks in a second. */
+/** Clocks per second. */
 uint32_t clock_hz(void);
 
-/** What the device calls itself, ASCII. */
+/** Name of the device, ASCII. */
 const char *platform_name(void);
 
-/** Makes all that the CPU wrote visible to a peripheral that reads memory. */
+/** Makes everything that the CPU wrote visible to peripherals that read memory. */
 void memory_to_device(void);
 
-/** Makes all that a peripheral wrote in memory visible to the CPU. */
+/** Makes everything that peripherals wrote to memory visible to the CPU. */
 void memory_from_device(void);
 
-/** Calls `handler` at each interrupt of the matcher from now on, and takes no other interrupt. */
+/** Has `handler` called at each interrupt of the matcher, and disables all other interrupts. */
 void platform_attach_stereo(void (*handler)(void));
 
-/** Calls `handler` when the watchdog has not been fed; it resets the SoC in the end (see reset.h). To be called after
- * platform_attach_stereo, which switches other interrupts off. */
+/** Has `handler` called when the watchdog has not been fed; it ends with a reset of the SoC (see reset.h). To be called
+ * after platform_attach_stereo, which disables other interrupts. */
 void platform_attach_watchdog(void (*handler)(void));
 
-/** In an interrupt: the address at which the program was. */
+/** In an interrupt: the address of the interrupted program. */
 uint32_t platform_interrupted_at(void);
 
-/** Marks the stack as far as nobody uses it, for platform_stack_used; to be called first of all, interrupts off. */
+/** Marks the unused part of the stack for platform_stack_used; to be called first in main, with interrupts off. */
 void platform_stack_mark(void);
 
-/** Most bytes of the stack that have been in use since it was marked; writes to `size` what it has. */
+/** Largest number of bytes of the stack in use since it was marked; writes its size in bytes to `size`. */
 size_t platform_stack_used(size_t *size);
 
 /** Memory between the program and the end of main RAM; writes its size in bytes to `size`. */

@@ -4,7 +4,7 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-/* Text for people, without a heap. */
+/* Formatted text, without a heap. */
 
 #ifndef LITESTEREO_PRINT_H
 #define LITESTEREO_PRINT_H
@@ -15,16 +15,16 @@
 
 #include "litestereo/serial.h"
 
-/** Most characters that are printed at once. */
+/** Most characters of one call. */
 #define PRINT_MOST 199u
 
-/** Takes text on its way. */
+/** Receives the text. */
 typedef void (*print_write_t)(void *context, const uint8_t *bytes, size_t length);
 
 /** Prints as vprintf does, at most PRINT_MOST characters; a newline goes out as carriage return and newline. */
 void print_to(print_write_t write, void *context, const char *format, va_list arguments);
 
-/** Prints on the UART, likewise. */
+/** Prints on the UART, as print_to does. */
 void print(serial_t *serial, const char *format, ...) __attribute__((format(printf, 2, 3)));
 
 #endif

@@ -4,7 +4,7 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-/* What is nearest in each of several sectors of the map, side by side. */
+/* The nearest surface in each of several vertical sectors of the map. */
 
 #ifndef LITESTEREO_SECTORS_H
 #define LITESTEREO_SECTORS_H
@@ -20,14 +20,14 @@ typedef struct {
     uint16_t first;      /**< First column. */
     uint16_t columns;    /**< Number of columns. */
     uint32_t pixels;     /**< Pixels that have a disparity. */
-    bool     found;      /**< There are as many as are asked for. */
-    int16_t  disparity;  /**< If so: the largest disparity that as many have or exceed, sixteenths of a pixel. */
+    bool     found;      /**< At least `least` pixels have a disparity. */
+    int16_t  disparity;  /**< If found: largest disparity that `least` pixels reach, sixteenths of a pixel. */
 } sector_t;
 
-/** Looks for the nearest surface in each of `count` sectors.
+/** Finds the nearest surface in each of `count` sectors.
  *
- * The sectors share the columns that can have a disparity: the left of a map never has one. `least` is the number of
- * pixels that make a surface: fewer are taken for mismatches. Takes 1 KiB of stack, and reads the map twice.
+ * The sectors divide the columns that can have a disparity, so without the left part of the map. `least` is the number
+ * of pixels that make a surface: fewer count as mismatches. Uses 1 KiB of stack, and reads the map twice.
  *
  * STATUS_BAD_ARGUMENT if `least` or `count` is 0, STATUS_SIZE if there are fewer such columns than sectors.
  */

@@ -13,28 +13,28 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/** Bytes kept while the sender waits for the line; a power of two. */
+/** Received bytes that are kept while the sender waits for the line; a power of two. */
 #define SERIAL_BACKLOG_SIZE 512u
 
 /** Handle of the UART. */
 typedef struct {
     uint8_t  backlog[SERIAL_BACKLOG_SIZE];  /**< Bytes received while sending. */
-    uint32_t head;                          /**< Bytes ever put in the backlog, modulo 2**32. */
-    uint32_t tail;                          /**< Bytes ever taken from it. */
-    bool     stalled;                       /**< The line took nothing for too long; bytes are dropped until it does. */
+    uint32_t head;                          /**< Bytes put in the backlog so far, modulo 2**32. */
+    uint32_t tail;                          /**< Bytes taken from it so far, modulo 2**32. */
+    bool     stalled;                       /**< The line does not move; bytes are dropped until it does. */
 } serial_t;
 
-/** Takes the UART over from whoever had it: no interrupts, nothing pending. */
+/** Takes over the UART: disables its interrupts and clears its events. */
 void serial_init(serial_t *serial);
 
-/** Takes bytes that have come, at most `capacity`; returns how many, 0 at once if there are none. */
+/** Reads at most `capacity` received bytes; returns their number, without waiting. */
 size_t serial_receive(serial_t *serial, uint8_t *bytes, size_t capacity);
 
-/** Sends bytes; returns once the FIFO has them, or when the line does not move. */
+/** Sends bytes; returns once all are in the FIFO, or when the line stalls. */
 void serial_send(serial_t *serial, const uint8_t *bytes, size_t length);
 
-/** Sends text when nothing else works any more: in an interrupt, or from within the driver. Returns once the line has it,
- * or when the line does not move. */
+/** Sends text without the handle, for emergencies: in an interrupt, or before a reset. Returns once the text is sent,
+ * or when the line stalls. */
 void serial_say(const char *text);
 
 #endif

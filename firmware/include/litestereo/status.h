@@ -7,25 +7,25 @@
 #ifndef LITESTEREO_STATUS_H
 #define LITESTEREO_STATUS_H
 
-/** What a function of the firmware says about its outcome. */
+/** Outcome of a function. */
 typedef enum {
     STATUS_OK = 0,        /**< Done. */
-    STATUS_BAD_ARGUMENT,  /**< Null pointer, or a value that the function cannot take. */
-    STATUS_UNSUPPORTED,   /**< The gateware found is not one that this firmware can drive. */
-    STATUS_IDLE,          /**< Nothing is running. */
-    STATUS_BUSY,          /**< Something is running already, or still. */
-    STATUS_STATE,         /**< The frame is in a state that does not allow it. */
+    STATUS_BAD_ARGUMENT,  /**< Null pointer, or a value that is not allowed. */
+    STATUS_UNSUPPORTED,   /**< The hardware is absent, or not supported by this firmware. */
+    STATUS_IDLE,          /**< Nothing runs. */
+    STATUS_BUSY,          /**< An operation already runs, or has not ended. */
+    STATUS_STATE,         /**< Not allowed in the current state. */
     STATUS_SIZE,          /**< The frame does not fit in a slot. */
     STATUS_NO_SLOT,       /**< All slots are taken. */
     STATUS_OFFSET,        /**< Not the offset of a chunk. */
-    STATUS_LENGTH,        /**< Not the length that was expected. */
+    STATUS_LENGTH,        /**< Not the expected length. */
     STATUS_INCOMPLETE,    /**< Chunks are missing. */
     STATUS_MATCHER,       /**< The accelerator ended the frame with an error. */
-    STATUS_TIMEOUT,       /**< A bounded wait came to its end. */
+    STATUS_TIMEOUT,       /**< A bounded wait expired. */
     STATUS_FRAMING,       /**< Not COBS, or too long, or too short. */
     STATUS_HEADER,        /**< Wrong magic or length in a message. */
-    STATUS_CRC,           /**< The checksum does not fit the message. */
-    STATUS_PROTECTED,     /**< The flash does not let itself be written. */
+    STATUS_CRC,           /**< The checksum does not match. */
+    STATUS_PROTECTED,     /**< The flash is write-protected. */
 } status_t;
 
 #endif

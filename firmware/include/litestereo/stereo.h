@@ -7,8 +7,8 @@
 /* Driver of the matcher, for our firmware and for yours: docs/firmware.md is its guide.
  *
  * One frame at a time: stereo_init once, then stereo_submit, and stereo_poll (or stereo_wait) until the job has ended.
- * Every wait is bounded, caches are the driver's affair, and all state is in the handle. Functions are called from one
- * thread, stereo_isr from the interrupt. */
+ * Every wait is bounded, the driver keeps caches coherent, and all state is in the handle. Call the functions from one
+ * thread, and stereo_isr from the interrupt. */
 
 #ifndef LITESTEREO_STEREO_H
 #define LITESTEREO_STEREO_H
@@ -28,129 +28,131 @@
 /** Largest DMA alignment that this firmware lays frames out for, in bytes. */
 #define STEREO_MAX_ALIGNMENT 64u
 
-/** For images and maps with a place of their own: `static STEREO_ALIGNED uint8_t left[320 * 240];` */
+/** Aligns images and maps: `static STEREO_ALIGNED uint8_t left[320 * 240];` */
 #define STEREO_ALIGNED _Alignas(STEREO_MAX_ALIGNMENT)
 
-/** Most rows of a frame, whatever the gateware was built for. */
+/** Most rows of a frame, for every gateware. */
 #define STEREO_MAX_HEIGHT 4095u
 
-/** What the gateware was built for. */
+/** Capabilities of the gateware. */
 typedef struct {
     uint16_t version;          /**< Of the registers: major x 256 + minor. */
     uint16_t max_width;        /**< Pixels. */
     uint16_t max_height;       /**< Pixels, STEREO_MAX_HEIGHT. */
     stereo_limits_t limits;    /**< Of the settings. */
-    uint32_t dma_alignment;    /**< Bytes, a power of two: of base addresses, and what a map is padded to. */
+    uint32_t dma_alignment;    /**< Bytes, a power of two: alignment of base addresses, and of the size of a map. */
 } stereo_capabilities_t;
 
-/** A frame to be matched: images and map in raster order, pitch = width, DMA-aligned.
+/** A frame to match: images and map in raster order, without gaps between rows, aligned for the DMA.
  *
- * From stereo_submit to the end of the job images and map belong to the driver.
+ * Images and map belong to the driver from stereo_submit to the end of the job.
  */
 typedef struct {
     const uint8_t    *left;      /**< width x height bytes, aligned. */
     const uint8_t    *right;     /**< width x height bytes, aligned. */
-    void             *map;       /**< width x height int16, aligned; takes stereo_map_bytes(). */
-    stereo_settings_t settings;  /**< Size, and what to match with. */
-    bool              streamed;  /**< The pixels come past memory: left and right are not read, but aligned. */
+    void             *map;       /**< width x height int16, aligned; stereo_map_bytes() bytes. */
+    stereo_settings_t settings;  /**< Size and matching parameters. */
+    bool              streamed;  /**< Pixels come from the frame link: images are not read, but must be aligned. */
 } stereo_job_t;
 
 /** Error codes of the status register. */
 typedef enum {
     STEREO_ERROR_NONE    = 0,  /**< The map is valid. */
     STEREO_ERROR_CONFIG  = 1,  /**< The gateware refused the settings. */
-    STEREO_ERROR_BUS     = 2,  /**< A bus error while reading or writing memory. */
+    STEREO_ERROR_BUS     = 2,  /**< Bus error while reading or writing memory. */
     STEREO_ERROR_ABORTED = 3,  /**< Stopped by software. */
 } stereo_error_t;
 
 /** How a job ended. */
 typedef struct {
     stereo_error_t error;             /**< The gateware's error code. */
-    uint32_t       clocks;            /**< Start to last write, or clocks waited in vain after STATUS_TIMEOUT. */
-    uint32_t       first_row_clocks;  /**< Start to the end of the first row that has disparities. */
+    uint32_t       clocks;            /**< From the start to the last write; after STATUS_TIMEOUT, the clocks waited. */
+    uint32_t       first_row_clocks;  /**< From the start to the end of the first row with disparities. */
 } stereo_result_t;
 
-/** What has happened since stereo_init; counts are modulo 2**32.
+/** Counts since stereo_init, modulo 2**32.
  *
- * Each job that was submitted is in one of done, config_errors, bus_errors, aborted and timeouts once its end was seen.
+ * Each submitted job is counted in one of done, config_errors, bus_errors, aborted and timeouts when its end is
+ * noticed.
  */
 typedef struct {
-    uint32_t          submitted;        /**< Jobs that were started. */
-    uint32_t          refused;          /**< Jobs that stereo_submit did not start. */
-    uint32_t          done;             /**< Ended with a map. */
+    uint32_t          submitted;        /**< Jobs started. */
+    uint32_t          refused;          /**< Jobs refused by stereo_submit. */
+    uint32_t          done;             /**< Jobs that ended with a map. */
     uint32_t          config_errors;    /**< The gateware refused their settings. */
     uint32_t          bus_errors;       /**< Memory did not answer. */
     uint32_t          aborted;          /**< Stopped by stereo_abort. */
     uint32_t          timeouts;         /**< Stopped by the watchdog. */
-    uint32_t          stuck;            /**< Times that the gateware did not stop when it had to. */
-    uint32_t          lost_interrupts;  /**< Ends that no interrupt told of. */
-    volatile uint32_t interrupts;       /**< Done and error interrupts taken. */
-    uint32_t          longest_clocks;   /**< Of the jobs that were done. */
-    uint64_t          clocks;           /**< Of the jobs that were done, all together. */
+    uint32_t          stuck;            /**< Times that the gateware did not stop. */
+    uint32_t          lost_interrupts;  /**< Ends without an interrupt. */
+    volatile uint32_t interrupts;       /**< Interrupts handled. */
+    uint32_t          longest_clocks;   /**< Longest job that was done. */
+    uint64_t          clocks;           /**< Sum over all jobs that were done. */
 } stereo_statistics_t;
 
-/** Called in the interrupt that tells of a job's end: wakes up who calls stereo_poll then. */
+/** Called in the interrupt at the end of a job, to wake up the thread that calls stereo_poll. */
 typedef void (*stereo_handler_t)(void *context);
 
-/** Handle of the matcher; its members are the driver's, to be read only. */
+/** Handle of the matcher; read-only for the caller. */
 typedef struct {
     stereo_capabilities_t capabilities;  /**< Read once by stereo_init. */
-    stereo_statistics_t   statistics;    /**< What has happened. */
-    bool                  busy;          /**< A job was submitted and its end not seen yet. */
-    uint64_t              started;       /**< Clock when it was submitted, or given more time. */
-    uint64_t              budget;        /**< Clocks that it may take from then on. */
-    volatile bool         event;         /**< Set by the interrupt: something ended. */
+    stereo_statistics_t   statistics;    /**< Counts of jobs. */
+    bool                  busy;          /**< A job was submitted, and its end has not been noticed. */
+    uint64_t              started;       /**< Clock of stereo_submit, or of stereo_allow after it. */
+    uint64_t              budget;        /**< Clocks that the job may take from then on. */
+    volatile bool         event;         /**< Set by the interrupt at the end of a job. */
     stereo_handler_t volatile handler;   /**< Called by the interrupt; null for none. */
     void                 *volatile context;  /**< Its argument. */
 } stereo_t;
 
-/** Reads what the gateware can do, stops what may be running, and enables its interrupt.
+/** Reads the capabilities, stops a running job, and enables the interrupt.
  *
- * STATUS_UNSUPPORTED if its version is none that the driver knows, or if the capabilities make no sense or ask for more
- * than STEREO_MAX_ALIGNMENT; STATUS_TIMEOUT if what runs does not stop.
+ * STATUS_UNSUPPORTED if the driver does not support the version, or if the capabilities are invalid or need an
+ * alignment above STEREO_MAX_ALIGNMENT; STATUS_TIMEOUT if a running job does not stop.
  */
 status_t stereo_init(stereo_t *stereo);
 
-/** Has `handler` called at the end of each job from now on, in the interrupt; null for none. */
+/** Has `handler` called in the interrupt at the end of each job; null for none. */
 void stereo_on_end(stereo_t *stereo, stereo_handler_t handler, void *context);
 
 /** Bytes of an image in memory, padded to the DMA's alignment. */
 uint32_t stereo_image_bytes(const stereo_t *stereo, const stereo_settings_t *settings);
 
-/** Bytes that a map takes in memory: the gateware fills up the last word that it writes. */
+/** Bytes of a map in memory: the gateware pads the last word that it writes. */
 uint32_t stereo_map_bytes(const stereo_t *stereo, const stereo_settings_t *settings);
 
-/** First field of a job that the gateware cannot take, or STEREO_FIELD_NONE. */
+/** First field of a job that the gateware does not allow, or STEREO_FIELD_NONE. */
 stereo_field_t stereo_check(const stereo_t *stereo, const stereo_job_t *job);
 
-/** Starts a job at time `clock`: STATUS_BAD_ARGUMENT if stereo_check minds, STATUS_BUSY while another runs. */
+/** Starts a job at time `clock`: STATUS_BAD_ARGUMENT if stereo_check finds a bad field, STATUS_BUSY while a job
+ * runs. */
 status_t stereo_submit(stereo_t *stereo, const stereo_job_t *job, uint64_t clock);
 
-/** Clocks that a job of that size may take, once nothing but memory can hold it up. */
+/** Clocks that a job of this size may take if it waits for memory only. */
 uint64_t stereo_budget(const stereo_settings_t *settings);
 
-/** Gives the job that runs `budget` clocks from the time `clock` on, whatever it has taken until then. */
+/** Allows the running job `budget` more clocks from time `clock` on. */
 void stereo_allow(stereo_t *stereo, uint64_t clock, uint64_t budget);
 
-/** Asks for the end of the job that was submitted; to be called often, as it costs next to nothing.
+/** Checks for the end of the submitted job. It costs a few clocks only; call it often.
  *
  * STATUS_OK      done, and the CPU sees the map
  * STATUS_BUSY    not yet
  * STATUS_MATCHER ended with `result->error`
- * STATUS_TIMEOUT took too long and was stopped
- * STATUS_IDLE    nothing was submitted
+ * STATUS_TIMEOUT exceeded its budget and was stopped
+ * STATUS_IDLE    no job was submitted
  */
 status_t stereo_poll(stereo_t *stereo, uint64_t clock, stereo_result_t *result);
 
-/** Polls until the job has ended, for as long as it may take at the utmost; returns what stereo_poll does, but not
- * STATUS_BUSY. Needs no interrupt to be attached. */
+/** Polls until the job has ended or exceeds its budget; returns what stereo_poll does, except STATUS_BUSY. Needs no
+ * interrupt. */
 status_t stereo_wait(stereo_t *stereo, stereo_result_t *result);
 
-/** Cancels the job that runs and waits until memory is left alone: STATUS_OK once idle, STATUS_TIMEOUT if the gateware
- * does not stop. Harmless when nothing runs. */
+/** Aborts the running job and waits until the gateware no longer accesses memory: STATUS_OK once idle, STATUS_TIMEOUT
+ * if it does not stop. Does nothing while no job runs. */
 status_t stereo_abort(stereo_t *stereo);
 
-/** Interrupt entry: to be attached to STEREO_INTERRUPT. */
+/** Interrupt service routine, for STEREO_INTERRUPT. */
 void stereo_isr(stereo_t *stereo);
 
 #endif

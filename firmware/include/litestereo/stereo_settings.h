@@ -4,7 +4,7 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-/* Settings of a frame, their ranges, and what of them the gateware was built for. */
+/* Settings of a frame, their ranges, and the gateware's limits. */
 
 #ifndef LITESTEREO_STEREO_SETTINGS_H
 #define LITESTEREO_STEREO_SETTINGS_H
@@ -29,10 +29,10 @@ enum stereo_feature {
 /** Number of bits of enum stereo_feature. */
 #define STEREO_FEATURES 8u
 
-/** As disp12_max_diff: no left-right check. */
+/** Value of disp12_max_diff for no left-right check. */
 #define STEREO_NO_CHECK (-1)
 
-/** What limits the settings of a frame. */
+/** Limits of the settings: what the gateware was built for. */
 typedef struct {
     uint16_t max_disparities;  /**< A multiple of 16. */
     uint8_t  min_block_size;   /**< Pixels, odd. */
@@ -40,23 +40,23 @@ typedef struct {
     uint32_t features;         /**< enum stereo_feature. */
 } stereo_limits_t;
 
-/** Settings of a frame: cv2.StereoBM's, by its names, and a few more. */
+/** Settings of a frame: those of cv2.StereoBM, with its names, and a few more. */
 typedef struct {
     uint16_t width;              /**< Pixels, at least stereo_settings_min_width(). */
     uint16_t height;             /**< Pixels, at least block_size. */
     uint16_t disparities;        /**< Number of disparities searched, a multiple of 16, at least 16. */
     uint8_t  block_size;         /**< Side of the block in pixels, odd. */
     uint8_t  min_disparity;      /**< Smallest disparity, pixels. */
-    bool     xsobel;             /**< Prefilter XSOBEL, or grey values as they are, which have no texture test. */
+    bool     xsobel;             /**< Prefilter XSOBEL; else grey values are matched, without texture test. */
     uint8_t  prefilter_cap;      /**< Largest slope that the prefilter keeps, 1 to 63. */
     uint32_t texture_threshold;  /**< Least texture of a block, up to 0xfffff. */
     uint8_t  uniqueness_ratio;   /**< Percent, 0 to 100; 0 for no test. */
     int16_t  disp12_max_diff;    /**< Largest difference in the left-right check, pixels, up to 254; -1 for no check. */
-    bool     subpixel;           /**< Sixteenths of a pixel, or whole pixels. */
+    bool     subpixel;           /**< Disparities in sixteenths of a pixel, or in whole pixels. */
     bool     median;             /**< Median of 3x3 pixels as the last step. */
 } stereo_settings_t;
 
-/** What a message may be about: the parts of a job. From DISPARITIES to MEDIAN they are settings with a range. */
+/** Fields of a job, for error messages. From DISPARITIES to MEDIAN they are settings with a range. */
 typedef enum {
     STEREO_FIELD_NONE,
     STEREO_FIELD_LEFT,
@@ -76,16 +76,16 @@ typedef enum {
     STEREO_FIELD_HEIGHT,
 } stereo_field_t;
 
-/** Name of a field, as a message would give it. */
+/** Name of a field for messages. */
 const char *stereo_field_name(stereo_field_t field);
 
-/** Name of the feature of a bit, 0 to STEREO_FEATURES - 1. */
+/** Name of a feature by its bit, 0 to STEREO_FEATURES - 1. */
 const char *stereo_feature_name(unsigned bit);
 
-/** cv2.StereoBM's defaults as far as they are built, block size 9, width and height 0. */
+/** Defaults of cv2.StereoBM as far as the gateware has the stages; block size 9, width and height 0. */
 stereo_settings_t stereo_settings_default(const stereo_limits_t *limits);
 
-/** No stage but the sum of absolute differences; the prefilter only where nothing else is built. */
+/** Sum of absolute differences without optional stages; with prefilter only if the gateware has nothing else. */
 stereo_settings_t stereo_settings_bare(const stereo_limits_t *limits);
 
 /** Value of a setting, DISPARITIES to MEDIAN. */
@@ -103,7 +103,7 @@ status_t stereo_settings_set(stereo_settings_t *settings, const stereo_limits_t 
 /** First setting, DISPARITIES to MEDIAN, that stereo_settings_set would refuse, or STEREO_FIELD_NONE. */
 stereo_field_t stereo_settings_check(const stereo_settings_t *settings, const stereo_limits_t *limits);
 
-/** Width of the smallest image that has a pixel with a disparity. */
+/** Smallest width of an image in which a pixel can have a disparity. */
 static inline uint32_t stereo_settings_min_width(const stereo_settings_t *settings)
 {
     return (uint32_t)settings->min_disparity + settings->disparities + settings->block_size - 1;

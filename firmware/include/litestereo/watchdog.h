@@ -4,24 +4,24 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-/* The watchdog of the SoC: resets it if the program does not come round. Without one these functions do nothing. */
+/* The watchdog of the SoC, which resets it if the program hangs. In a SoC without one these functions do nothing. */
 
 #ifndef LITESTEREO_WATCHDOG_H
 #define LITESTEREO_WATCHDOG_H
 
 #include <stdint.h>
 
-/** Starts it: it has to be fed every `clocks` clocks from now on. When it is not, its interrupt comes first, for the program
- * to say where it was, and a twentieth of a second later the reset. */
+/** Starts the watchdog: feed it at least every `clocks` clocks from now on. If not, it raises an interrupt, in which
+ * the program can record where it hangs, and resets the SoC a twentieth of a second later. */
 void watchdog_start(uint32_t clocks);
 
-/** Feeds it; nothing happens while it is not running. */
+/** Feeds the watchdog; does nothing while it is not running. */
 void watchdog_feed(void);
 
-/** Holds it for as long as something takes that nobody knows the length of. */
+/** Pauses the watchdog during an operation of unknown length. */
 void watchdog_pause(void);
 
-/** Lets it go on, fed; nothing happens if it was never started. */
+/** Feeds the watchdog and lets it continue; does nothing if it was never started. */
 void watchdog_resume(void);
 
 #endif

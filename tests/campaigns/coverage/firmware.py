@@ -25,7 +25,7 @@ from support.firmware_build import UNITS, BuildError, build_for_coverage
 from support.paths import CHECKOUT
 
 FIRMWARE = CHECKOUT / "firmware"
-FOLDERS  = ("app", "boot", "drivers", "include", "lib", "link")
+FOLDERS  = ("app", "boot", "drivers", "include", "lib", "link", "reference")
 
 #: Why these are not measured: most need the RISC-V processor that they are for.
 EXCLUDED = {
@@ -133,7 +133,7 @@ def _run(*command: Path) -> None:
 
 def unmeasured(files: dict[str, Covered]) -> list[str]:
     """Sources that no program is made of, and that are not excluded either."""
-    sources = {path.relative_to(FIRMWARE).as_posix() for folder in FOLDERS for path in (FIRMWARE / folder).glob("*.c")}
+    sources = {path.relative_to(FIRMWARE).as_posix() for folder in FOLDERS for path in (FIRMWARE / folder).rglob("*.c")}
     return sorted(sources - set(files) - set(EXCLUDED))
 
 

@@ -48,12 +48,12 @@ def test_what_is_not_run_is_seen():
         twice = firmware.read(out)
         subprocess.run([out / "test_sectors"], check=True)
         more = firmware.read(out)
-    assert set(once) == set(twice) == {"link/cobs.c"} < set(more)
-    cobs = once["link/cobs.c"]
+    assert set(once) == set(twice) == {"link/protocol/cobs.c"} < set(more)
+    cobs = once["link/protocol/cobs.c"]
     assert cobs.lines_run == len(cobs.lines)
-    assert twice["link/cobs.c"].lines == {line: 2*count for line, count in cobs.lines.items()}
-    # It asks for one function of that driver.
-    missed = more["drivers/stereo_settings.c"].missed_lines
+    assert twice["link/protocol/cobs.c"].lines == {line: 2*count for line, count in cobs.lines.items()}
+    # It calls one function of that file.
+    missed = more["lib/stereo_settings.c"].missed_lines
     assert missed
     assert f"line {missed[0]} is not run" in firmware.page(more, missed=True)
     lines, branches = firmware.totals(more)

@@ -20,7 +20,7 @@ from .soc import emitted
 
 SOAK     = Path(__file__).resolve().parent
 FIRMWARE = CHECKOUT / "firmware"
-WIRE     = CHECKOUT / "sim" / "modules" / "ethernet2socket"
+WIRE     = CHECKOUT / "sim" / "socs" / "modules" / "ethernet2socket"
 
 #: Sources that only the processor of the SoC can run.
 ELSEWHERE = {FIRMWARE / "app" / "main.c", FIRMWARE / "drivers" / "platform.c"}
@@ -35,7 +35,8 @@ VERILATOR = ["verilator", "--cc", "--exe", "-O3", "--x-assign", "fast", "--x-ini
 
 
 def _sources() -> list[Path]:
-    ours = [path for folder in ("app", "drivers", "lib", "link") for path in sorted((FIRMWARE / folder).glob("*.c"))]
+    ours = [path for folder in ("app", "drivers", "lib", "link", "reference")
+            for path in sorted((FIRMWARE / folder).rglob("*.c"))]
     return [*(path for path in ours if path not in ELSEWHERE), SOAK / "firmware.c", WIRE / "ethernet2socket.c"]
 
 

@@ -25,6 +25,26 @@
 #endif
 #define CSR_TIMER0_UPTIME_CYCLES_ADDR 0xf0003000L
 
+#define CSR_STEREO_CONTROL_START_OFFSET 0
+#define CSR_STEREO_CONTROL_ABORT_OFFSET 1
+#define CSR_STEREO_STATUS_BUSY_OFFSET 0
+#define CSR_STEREO_STATUS_ERROR_OFFSET 8
+#define CSR_STEREO_STATUS_ERROR_SIZE 4
+#define CSR_STEREO_OPTIONS_XSOBEL_OFFSET 0
+#define CSR_STEREO_OPTIONS_SUBPIXEL_OFFSET 1
+#define CSR_STEREO_OPTIONS_MEDIAN_OFFSET 2
+#define CSR_STEREO_OPTIONS_STREAMED_OFFSET 3
+#define CSR_STEREO_FEATURES_XSOBEL_OFFSET 0
+#define CSR_STEREO_FEATURES_RAW_OFFSET 1
+#define CSR_STEREO_FEATURES_TEXTURE_OFFSET 2
+#define CSR_STEREO_FEATURES_UNIQUENESS_OFFSET 3
+#define CSR_STEREO_FEATURES_SUBPIXEL_OFFSET 4
+#define CSR_STEREO_FEATURES_LEFT_RIGHT_OFFSET 5
+#define CSR_STEREO_FEATURES_MIN_DISPARITY_OFFSET 6
+#define CSR_STEREO_FEATURES_MEDIAN_OFFSET 7
+#define CSR_STEREO_EV_PENDING_DONE_OFFSET 0
+#define CSR_STEREO_EV_PENDING_ERROR_OFFSET 1
+
 void stereo_left_base_write(uint32_t value);
 void stereo_right_base_write(uint32_t value);
 void stereo_disparity_base_write(uint32_t value);
@@ -55,6 +75,22 @@ uint32_t stereo_dma_alignment_read(void);
 uint32_t stereo_ev_pending_read(void);
 
 #ifdef CSR_FRAME_LINK_BASE
+#define CSR_FRAME_LINK_CONTROL_ENABLE_OFFSET 0
+#define CSR_FRAME_LINK_SLOT_CONTROL_OPEN_OFFSET 8
+#define CSR_FRAME_LINK_SLOT_CONTROL_CLOSE_OFFSET 9
+#define CSR_FRAME_LINK_SLOT_STATUS_CLEARING_OFFSET 0
+#define CSR_FRAME_LINK_SLOT_STATUS_WRITING_OFFSET 1
+#define CSR_FRAME_LINK_SLOT_STATUS_SLOT_OFFSET 4
+#define CSR_FRAME_LINK_SLOT_STATUS_SLOT_SIZE 4
+#define CSR_FRAME_LINK_SEND_CONTROL_REPLY_OFFSET 0
+#define CSR_FRAME_LINK_SEND_CONTROL_RUN_OFFSET 1
+#define CSR_FRAME_LINK_SEND_CONTROL_ABORT_OFFSET 2
+#define CSR_FRAME_LINK_SEND_STATUS_REPLY_BUSY_OFFSET 0
+#define CSR_FRAME_LINK_SEND_STATUS_RUN_BUSY_OFFSET 1
+#define CSR_FRAME_LINK_STREAM_CONTROL_OPEN_OFFSET 0
+#define CSR_FRAME_LINK_STREAM_CONTROL_CLOSE_OFFSET 1
+#define CSR_FRAME_LINK_STREAM_STATUS_OPEN_OFFSET 0
+
 void frame_link_control_write(uint8_t value);
 void frame_link_token_write(uint32_t value);
 void frame_link_peer_address_write(uint32_t value);
@@ -111,6 +147,12 @@ uint32_t frame_link_chunks_while_matching_read(void);
 #define CSR_RESET_RECORD_BASE 0xf0004000L
 #define CSR_WATCHDOG0_BASE    0xf0004800L
 
+#define CSR_WATCHDOG0_CONTROL_FEED_OFFSET 0
+#define CSR_WATCHDOG0_CONTROL_ENABLE_OFFSET 8
+#define CSR_WATCHDOG0_CONTROL_RESET_OFFSET 16
+#define CSR_WATCHDOG0_EV_PENDING_WDT_OFFSET 0
+#define CSR_WATCHDOG0_EV_ENABLE_WDT_OFFSET 0
+
 uint32_t reset_record_cause_read(void);
 uint32_t reset_record_place_read(void);
 uint32_t watchdog0_control_read(void);
@@ -121,13 +163,28 @@ void     watchdog0_control_write(uint32_t value);
 void     watchdog0_cycles_write(uint32_t value);
 void     watchdog0_ev_pending_write(uint32_t value);
 void     watchdog0_ev_enable_write(uint32_t value);
-void     ctrl_reset_write(uint32_t value);
 #endif
 
+#define CSR_CTRL_RESET_SOC_RST_OFFSET 0
+
+void     ctrl_reset_write(uint32_t value);
+
+#ifdef CSR_VIDEO_FRAMEBUFFER_BASE
 void     video_framebuffer_dma_base_write(uint32_t value);
 void     video_framebuffer_dma_enable_write(uint32_t value);
+#endif
+
+#ifdef CSR_FLASH_BASE
+#define CSR_FLASH_W_CLK_OFFSET 0
+#define CSR_FLASH_W_MOSI_OFFSET 1
+#define CSR_FLASH_W_OE_OFFSET 2
+#define CSR_FLASH_W_CS_OFFSET 4
+#define CSR_FLASH_R_MISO_OFFSET 0
+
 void     flash_w_write(uint32_t value);
 uint32_t flash_r_read(void);
+#endif
+
 uint32_t uart_rxtx_read(void);
 uint32_t uart_rxempty_read(void);
 uint32_t uart_rxfull_read(void);

@@ -1,0 +1,81 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""Registers by hand, of the tests' csr.h and of hardware that a SoC lacks, against those that LiteX generates."""
+
+import re
+
+from litex.soc.cores.bitbang import SPIMaster
+from litex.soc.cores.watchdog import Watchdog
+from litex.soc.integration.soc import SoCController
+from migen import Signal
+
+from litestereo.gateware.peripherals.frame_link import FrameLink
+from litestereo.soc.parts.reset_record import ResetRecord
+from litestereo.soc.reports.registers import default_peripheral, fields_of, wishbone_ports
+from support.paths import CHECKOUT
+
+FIRMWARE  = CHECKOUT / "firmware"
+STUB      = (FIRMWARE / "tests" / "stubs" / "generated" / "csr.h").read_text()
+STAND_INS = (FIRMWARE / "drivers" / "registers.h").read_text()
+
+#: Peripherals by their names in the SoC; the screen's is LiteX's and has no fields that the driver uses.
+PERIPHERALS = {
+    "ctrl":         SoCController,
+    "flash":        SPIMaster,
+    "frame_link":   lambda: FrameLink(*wishbone_ports(), 0xc0a80132, 19539, streaming=True),
+    "reset_record": ResetRecord,
+    "stereo":       default_peripheral,
+    "watchdog0":    lambda: Watchdog(32, Signal(), 10),
+}
+
+
+def registers():
+    """Names of all registers, and the macros of LiteX's csr.h for all fields."""
+    names, macros = set(), {}
+    for peripheral, make in PERIPHERALS.items():
+        for csr in make().get_csrs():
+            names.add(f"{peripheral}_{csr.name}")
+            for field in fields_of(csr):
+                macro = f"CSR_{peripheral}_{csr.name}_{field.name}".upper()
+                macros |= {f"{macro}_OFFSET": field.offset, f"{macro}_SIZE": field.size}
+    return names, macros
+
+
+def defined(text):
+    """Macros of fields that a header defines, and their values."""
+    return {name: int(value) for name, value in re.findall(r"#define (CSR_\w+_(?:OFFSET|SIZE))\s+(\d+)", text)}
+
+
+def test_fields_of_the_stub():
+    _, macros = registers()
+    stub = defined(STUB)
+    assert len(stub) > 40
+    assert stub == {name: macros.get(name) for name in stub}
+
+
+def test_registers_of_the_stub():
+    names, _ = registers()
+    functions = set(re.findall(r"(\w+)_(?:read|write)\(", STUB))
+    assert len(functions) > 70
+    assert {name for name in functions if not name.startswith(("uart_", "video_"))} <= names
+
+
+def test_stand_ins():
+    """Hardware that the SoC lacks has registers and fields by the names of those that it may have."""
+    names, macros = registers()
+    functions = set(re.findall(r"^(?:READS|READS_AS|WRITES)\((\w+)", STAND_INS, re.MULTILINE))
+    assert len(functions) > 50
+    assert {name for name in functions if not name.startswith("video_")} <= names
+    assert len(defined(STAND_INS)) > 20
+    assert set(defined(STAND_INS)) <= set(macros)
+
+
+def test_every_field_in_use_is_in_the_stub():
+    """So that the test above compares all fields that the drivers know."""
+    text = "".join(path.read_text() for path in (FIRMWARE / "drivers").glob("*.[ch]") if path.name != "registers.h")
+    used = set(re.findall(r"REGISTER_(?:BIT|FIELD)\((\w+)", text)) - {"STEREO_FEATURES_"}
+    assert len(used) > 30
+    assert {f"CSR_{name}_OFFSET" for name in used} <= set(defined(STUB))
