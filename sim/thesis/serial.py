@@ -111,7 +111,7 @@ def fields(result: dict[str, Any]) -> dict[str, object]:
 
 SECTIONS = [
     Section("Table 5.7", "a serial program in C against the accelerator", """\
-The program is the firmware's matcher for the CPU (`firmware/app/stereo_bm.c`, running sums, one thread). The
+The program is the firmware's matcher for the CPU (`firmware/reference/stereo_bm.c`, running sums, one thread). The
 accelerator is its Verilog in Verilator. Their maps are equal. On the computer that made this page (gcc {options},
 processor time) the table gives the program's time divided by that of the accelerator at {mhz} MHz. On the VexRiscv
 of the SoC in litex_sim both are in clocks: the console's `cpu_bench`, on noise of the pair's width and of {low}
