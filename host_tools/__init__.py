@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from .devices.base import Device, DeviceInfo, Result
     from .devices.connect import connect
     from .devices.stereo_bm import StereoBM, StereoBM_create
-    from .link.call import LinkSettings
+    from .link.settings import LinkSettings
 
 __all__ = ["Device", "DeviceInfo", "LinkSettings", "LiteStereoError", "MatcherSettings", "Rectifier", "Result",
            "SpeckleFilter", "StereoBM", "StereoBM_create", "StereoGeometry", "connect", "disparity_pixels",
@@ -30,7 +30,7 @@ __all__ = ["Device", "DeviceInfo", "LinkSettings", "LiteStereoError", "MatcherSe
 _MODULES = {
     "Device":           "devices.base",
     "DeviceInfo":       "devices.base",
-    "LinkSettings":     "link.call",
+    "LinkSettings":     "link.settings",
     "LiteStereoError":  "core.errors",
     "MatcherSettings":  "core.settings",
     "Rectifier":        "cameras.rectify",

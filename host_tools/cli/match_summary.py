@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from ..core.speckle import SpeckleFilter
 from ..devices.base import DeviceInfo, Result
 from ..evaluation.quality import Quality
-from ..link.call import LinkCounters
+from ..link.settings import LinkCounters
 
 #: Clock that frame rates are given for, so that simulations and boards can be compared.
 _RATE_CLOCK_HZ = 100_000_000

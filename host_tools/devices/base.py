@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from ..core.errors import ImageError, UnsupportedError
 from ..core.features import ALL_FEATURES, DESCRIPTIONS, Feature
 from ..core.settings import DEFAULT_BLOCK_SIZE, DEFAULT_DISPARITIES, MatcherSettings
-from ..link.call import LinkCounters
+from ..link.settings import LinkCounters
 from .lock import Turns
 
 #: Receives the phase ("upload", "match" or "download"; of an update "upload" or "write"), the steps done and the steps

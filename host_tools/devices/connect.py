@@ -12,7 +12,7 @@ from dataclasses import replace
 from typing import Protocol
 
 from ..core.errors import DeviceError, UrlError
-from ..link.call import LinkSettings
+from ..link.settings import LinkSettings
 from ..link.transports import open_transport
 from ..link.udp_channel import UdpChannel
 from ..link.urls import DeviceUrl, parse_url

@@ -12,9 +12,9 @@ from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
 from ..core.errors import DeviceError, DeviceRefused, LiteStereoError, ProtocolError
-from ..link.call import LinkCounters, LinkSettings
 from ..link.channel import Channel
 from ..link.link import Link
+from ..link.settings import LinkCounters, LinkSettings
 from ..protocol import payloads
 from ..protocol.messages import MessageType
 from .base import RESTART_LIMIT_S, Device, DeviceInfo, Progress

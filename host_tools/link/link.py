@@ -17,8 +17,8 @@ from ..core.errors import DeviceError, LinkTimeout
 from ..protocol import payloads
 from ..protocol.messages import MIN_MESSAGE_BYTES, VERSION, ErrorCode, Message, MessageType
 from ..protocol.refusals import refusal, version_mismatch
-from .call import Call, LinkCounters, LinkSettings, Run, is_reply
 from .channel import Channel
+from .settings import Call, LinkCounters, LinkSettings, Run, is_reply
 from .silence import Silence
 
 #: Longest wait in seconds between two hellos to a device that another host uses: that one may say goodbye.

@@ -14,7 +14,7 @@ import socket
 
 from ..core.errors import DeviceError, ProtocolError
 from ..protocol.messages import CHUNK_BYTES, Message, MessageType, pack_header
-from .round_trip import RoundTrip
+from .timing import RoundTrip
 
 #: Room for datagrams in bytes, each way; the kernel may give less.
 _BUFFER_BYTES = 4 << 20

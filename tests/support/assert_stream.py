@@ -14,7 +14,7 @@ import numpy as np
 from litestereo.host_tools.core.settings import MatcherSettings
 from litestereo.host_tools.devices.base import Pair
 from litestereo.host_tools.devices.connect import Device, connect
-from litestereo.host_tools.link.call import LinkSettings
+from litestereo.host_tools.link.settings import LinkSettings
 
 from .expected import expected_map
 from .pairs import SEED, textured_pair

@@ -11,9 +11,9 @@ import itertools
 from collections.abc import Callable, Iterable, Iterator
 
 from ...core.settings import MatcherSettings
-from ...link.call import LinkSettings
 from ...link.console import run_line
 from ...link.serial_channel import SerialChannel
+from ...link.settings import LinkSettings
 from ...link.transports import Transport
 from ..base import Pair, Progress, Result, check_pair
 from ..remote import RemoteDevice

@@ -14,8 +14,8 @@ from typing import ClassVar
 from ...protocol import payloads
 from ...protocol.messages import Message, MessageType
 from ..base import Progress
+from ..job import Journey
 from .frame import Frame
-from .journey import Journey
 from .route import Route
 from .upload import Upload
 

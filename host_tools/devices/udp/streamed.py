@@ -14,9 +14,9 @@ from typing import ClassVar
 from ...protocol.messages import ErrorCode, Message, MessageType
 from ...protocol.payloads import FrameState, FrameStatus
 from ..base import Progress
+from ..job import MIN_POLL_S, Journey
 from .download import Download
 from .frame import Frame
-from .journey import MIN_POLL_S, Journey
 from .pair_sender import PairSender
 from .route import Route
 

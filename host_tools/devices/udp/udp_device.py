@@ -14,14 +14,14 @@ from collections.abc import Callable, Iterable, Iterator
 from ...core.errors import DeviceError, UnsupportedError
 from ...core.features import Feature
 from ...core.settings import MatcherSettings
-from ...link.call import LinkSettings
+from ...link.settings import LinkSettings
 from ...link.udp_channel import UdpChannel
 from ...protocol import payloads
 from ...protocol.messages import MessageType
 from ..base import Pair, Progress, Result, check_pair
+from ..pipeline import Pipeline
 from ..remote import RemoteDevice
 from .frame import Frame
-from .pipeline import Pipeline
 from .route import Route
 
 #: Released frames that a late copy of their OPEN may open again; more than datagrams change places by.

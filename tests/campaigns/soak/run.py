@@ -16,7 +16,7 @@ import numpy as np
 from litestereo.host_tools.core.errors import LiteStereoError
 from litestereo.host_tools.devices.base import Device
 from litestereo.host_tools.devices.connect import connect
-from litestereo.host_tools.link.call import LinkSettings
+from litestereo.host_tools.link.settings import LinkSettings
 
 from .device import Machine
 from .frames import Batch, drawn_batch

@@ -14,7 +14,7 @@ import pytest
 from litestereo.host_tools.core.errors import DeviceError, DeviceRefused, SessionLost
 from litestereo.host_tools.core.settings import MatcherSettings
 from litestereo.host_tools.devices.connect import connect
-from litestereo.host_tools.link.call import LinkSettings
+from litestereo.host_tools.link.settings import LinkSettings
 from litestereo.host_tools.protocol.messages import ErrorCode
 from support.expected import expected_map
 from support.native_device import native_device, native_udp_device

@@ -19,8 +19,8 @@ from litestereo.host_tools.cli import main
 from litestereo.host_tools.core.errors import DeviceError, LinkTimeout, UnsupportedError, UrlError
 from litestereo.host_tools.core.settings import MatcherSettings
 from litestereo.host_tools.devices.connect import connect
-from litestereo.host_tools.link import round_trip
-from litestereo.host_tools.link.call import LinkSettings
+from litestereo.host_tools.link import timing
+from litestereo.host_tools.link.settings import LinkSettings
 from litestereo.host_tools.link.udp_channel import UdpChannel
 from litestereo.host_tools.protocol.messages import MessageType
 from support.expected import expected_map
@@ -58,7 +58,7 @@ def interrupted_after(seconds):
 @pytest.fixture
 def patient(monkeypatch):
     """No reply is late because this computer is busy."""
-    monkeypatch.setattr(round_trip, "_FLOOR_S", 0.5)
+    monkeypatch.setattr(timing, "_FLOOR_S", 0.5)
 
 
 def pairs(count, width=110, height=60, salt=90):

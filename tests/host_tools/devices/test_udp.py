@@ -24,8 +24,8 @@ from litestereo.host_tools.core.errors import (
 )
 from litestereo.host_tools.core.settings import MatcherSettings
 from litestereo.host_tools.devices.connect import connect
-from litestereo.host_tools.link import round_trip
-from litestereo.host_tools.link.call import LinkSettings
+from litestereo.host_tools.link import timing
+from litestereo.host_tools.link.settings import LinkSettings
 from litestereo.host_tools.protocol.messages import CHUNK_BYTES, MessageType
 from support import udp_device as udp_device_module
 from support.pairs import byte_generator, generator, textured_pair
@@ -39,7 +39,7 @@ QUICK    = LinkSettings(silence_limit_s=1.0, hello_limit_s=1.0)
 @pytest.fixture
 def patient(monkeypatch):
     """No reply is late because this computer is busy."""
-    monkeypatch.setattr(round_trip, "_FLOOR_S", 0.5)
+    monkeypatch.setattr(timing, "_FLOOR_S", 0.5)
 
 
 def pairs(count, width=64, height=20, salt=80):

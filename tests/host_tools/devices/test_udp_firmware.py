@@ -14,8 +14,8 @@ import pytest
 from litestereo.host_tools.core.errors import DeviceError
 from litestereo.host_tools.core.settings import MatcherSettings
 from litestereo.host_tools.devices.connect import connect
-from litestereo.host_tools.link import round_trip
-from litestereo.host_tools.link.call import LinkSettings
+from litestereo.host_tools.link import timing
+from litestereo.host_tools.link.settings import LinkSettings
 from support.expected import expected_map
 from support.native_device import native_ports, native_udp_device
 from support.pairs import byte_generator, generator, textured_pair
@@ -28,7 +28,7 @@ SETTINGS = MatcherSettings(32, 7)
 @pytest.fixture
 def patient(monkeypatch):
     """No reply is late because this computer is busy."""
-    monkeypatch.setattr(round_trip, "_FLOOR_S", 0.5)
+    monkeypatch.setattr(timing, "_FLOOR_S", 0.5)
 
 
 def pairs(count, width=110, height=60, salt=70):

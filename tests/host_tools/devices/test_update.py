@@ -17,7 +17,7 @@ from litestereo.host_tools.core.errors import DeviceError, DeviceRefused, Firmwa
 from litestereo.host_tools.core.settings import MatcherSettings
 from litestereo.host_tools.devices.connect import connect
 from litestereo.host_tools.devices.firmware_image import read_firmware
-from litestereo.host_tools.link.call import LinkSettings
+from litestereo.host_tools.link.settings import LinkSettings
 from litestereo.host_tools.protocol import payloads
 from litestereo.host_tools.protocol.messages import ErrorCode, MessageType
 from litestereo.host_tools.protocol.payloads import UpdateProgress, UpdateState

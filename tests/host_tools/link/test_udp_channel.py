@@ -19,10 +19,10 @@ from litestereo.host_tools.core.settings import MatcherSettings
 from litestereo.host_tools.devices.connect import connect
 from litestereo.host_tools.devices.udp.route import Lulls
 from litestereo.host_tools.devices.udp.upload_window import UploadWindow
-from litestereo.host_tools.link import round_trip
-from litestereo.host_tools.link.call import LinkSettings
+from litestereo.host_tools.link import timing
 from litestereo.host_tools.link.link import Link
-from litestereo.host_tools.link.round_trip import RoundTrip
+from litestereo.host_tools.link.settings import LinkSettings
+from litestereo.host_tools.link.timing import RoundTrip
 from litestereo.host_tools.link.udp_channel import UdpChannel
 from litestereo.host_tools.protocol import payloads
 from litestereo.host_tools.protocol.messages import MAX_MESSAGE_BYTES, REPLY, Message, MessageType, pack_header
@@ -94,7 +94,7 @@ def linked(script, settings=QUICK):
 @pytest.fixture
 def patient(monkeypatch):
     """No reply is late because this computer is busy."""
-    monkeypatch.setattr(round_trip, "_FLOOR_S", 0.3)
+    monkeypatch.setattr(timing, "_FLOOR_S", 0.3)
 
 
 def test_a_datagram_is_a_message_and_nothing_else():

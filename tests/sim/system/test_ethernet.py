@@ -24,7 +24,7 @@ import pytest
 from litestereo.host_tools.core.errors import DeviceError, SessionLost
 from litestereo.host_tools.core.settings import MatcherSettings
 from litestereo.host_tools.devices.connect import connect
-from litestereo.host_tools.link.call import LinkSettings
+from litestereo.host_tools.link.settings import LinkSettings
 from litestereo.host_tools.protocol.messages import CHUNK_BYTES, Message, MessageType
 from litestereo.sim.system.build import SimulationError
 from litestereo.sim.system.simulation import SYS_CLK_HZ, start_simulation

@@ -10,12 +10,12 @@ from __future__ import annotations
 import time
 from collections import deque
 
-from ..base import Progress, Result
-from .frame import Frame
-from .journey import Journey
-from .route import Route
-from .stored import StoredJourney
-from .streamed import StreamedJourney
+from .base import Progress, Result
+from .job import Journey
+from .udp.frame import Frame
+from .udp.route import Route
+from .udp.stored import StoredJourney
+from .udp.streamed import StreamedJourney
 
 #: One frame is sent, one matched and one fetched, and while they change places one is between two of these.
 _MOST_FRAMES = 4

@@ -12,16 +12,16 @@ import time
 from collections.abc import Collection
 from typing import ClassVar
 
-from ...core.errors import DeviceError, LinkTimeout
-from ...link.call import Call
-from ...protocol import payloads
-from ...protocol.messages import ErrorCode, Message, MessageType
-from ...protocol.payloads import FrameState, FrameStatus
-from ...protocol.refusals import failed_frame, refusal
-from ..base import Progress, Result
-from .download import Download
-from .frame import Frame
-from .route import Route
+from ..core.errors import DeviceError, LinkTimeout
+from ..link.settings import Call
+from ..protocol import payloads
+from ..protocol.messages import ErrorCode, Message, MessageType
+from ..protocol.payloads import FrameState, FrameStatus
+from ..protocol.refusals import failed_frame, refusal
+from .base import Progress, Result
+from .udp.download import Download
+from .udp.frame import Frame
+from .udp.route import Route
 
 #: The wait between two questions for the status in seconds: it grows from the first to the second.
 MIN_POLL_S = 0.0005
