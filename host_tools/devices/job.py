@@ -13,7 +13,7 @@ from collections.abc import Collection
 from typing import ClassVar
 
 from ..core.errors import DeviceError, LinkTimeout
-from ..link.settings import Call
+from ..link.link import Call
 from ..protocol import payloads
 from ..protocol.messages import ErrorCode, Message, MessageType
 from ..protocol.payloads import FrameState, FrameStatus

@@ -3,57 +3,45 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Channels: what carries the messages of a link, and what a link has to know of it."""
+"""Channels: what carries the messages of a link, and what a link has to know about it."""
 
 from __future__ import annotations
 
 from typing import Protocol
 
 from ..protocol.messages import Message
-
-
-class Timing(Protocol):
-    """How long replies take, from samples."""
-
-    def sample(self, seconds: float, byte_count: int) -> None:
-        """Takes in that a request and its reply, `byte_count` bytes, took `seconds`."""
-
-    def sample_repeated(self, since_first_s: float, since_last_s: float) -> None:
-        """The same of a request that was sent more than once: nothing tells which time was answered."""
-
-    def allowed_s(self, bytes_in_flight: int, tries: int) -> float:
-        """Seconds after which a request that was sent `tries` times counts as lost."""
+from .timing import Timing
 
 
 class Channel(Protocol):
-    """A way for messages to and from a device, used by one thread.
+    """A path for messages to and from a device, used by one thread.
 
-    All methods raise DeviceError if the way is gone.
+    All methods raise DeviceError if the path is gone.
     """
 
     @property
     def ordered(self) -> bool:
-        """Whether messages arrive in the order in which they were sent, and none comes twice."""
+        """Return whether messages arrive in the order in which they were sent, and none arrives twice."""
 
     @property
     def errors(self) -> int:
-        """Number of things that came and were no message."""
+        """Return the number of received frames or datagrams that were no message."""
 
     @property
     def overhead_bytes(self) -> int:
-        """Bytes that a message is longer on its way, at least."""
+        """Return the fewest bytes that the channel adds to a message."""
 
     def timing(self, floor_s: float, initial_bytes_per_s: float) -> Timing:
-        """What judges how long replies take here; see `LinkSettings`."""
+        """Return a new estimate of how long replies take on this channel; see `LinkSettings` for the parameters."""
 
     def wrap(self, message: bytes) -> bytes:
-        """A message as it goes on its way."""
+        """Return an encoded message as the channel carries it."""
 
     def send(self, wrapped: bytes, resync: bool) -> None:
-        """Sends a message; `resync` if the device may not know any more where a message begins."""
+        """Send a wrapped message; `resync` if the device may have lost track of where a message begins."""
 
     def receive(self, timeout_s: float) -> list[Message]:
-        """Messages that have arrived, waiting at most `timeout_s` for the first of them."""
+        """Return the messages that have arrived, waiting at most `timeout_s` for the first one."""
 
     def close(self) -> None:
-        """Closes the way; closing twice does no harm."""
+        """Close the path; closing twice does no harm."""

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""The device's console, which shares the line with the link protocol."""
+"""The device's console, which shares the serial line with the link protocol."""
 
 from __future__ import annotations
 
@@ -13,23 +13,38 @@ from ..core.errors import LinkTimeout
 from .link import Link
 from .serial_channel import SerialChannel
 
-#: What the firmware prints when it waits for a line.
+#: Prompt of the firmware's console.
 PROMPT = "litestereo> "
 
-#: Wait for text in seconds, between two looks at what has come.
-_LOOK_S = 0.02
+#: Seconds between two polls for console text.
+_POLL_S = 0.02
 
-#: Longest wait in seconds for the prompt after an empty line; noise that it ended gets no prompt.
+#: Longest wait in seconds for the prompt after an empty line: if that line ended noise, no prompt follows.
 _EMPTY_LINE_S = 2.0
 
 
 def run_line(link: Link, channel: SerialChannel, line: str, timeout_s: float) -> str:
-    """Types `line`; returns what the device prints, without echo and prompt.
+    """Type `line` at the console and return what the device prints, without echo and prompt.
 
-    `channel` is that of `link`. The text ends at the prompt, or when nothing has come for `timeout_s`. Raises
-    LinkTimeout then if there was no text at all.
+    Parameters
+    ----------
+    link, channel
+        The link, and the channel below it.
+    line
+        The command, without an end of line.
+    timeout_s
+        Seconds without further text after which the output counts as complete if no prompt has come.
+
+    Raises
+    ------
+    LinkTimeout
+        The device printed nothing at all.
+    DeviceError
+        The line is gone.
     """
-    # An empty line first: it ends what noise has typed, and what comes up to its prompt is of no interest.
+    # The device may be busy with the command for a while: requests in flight would time out.
+    link.drain()
+    # An empty line ends what noise may have typed; ignore what the device prints up to its prompt.
     channel.write_console("\n")
     _read(link, channel, min(timeout_s, _EMPTY_LINE_S))
     channel.write_console(line + "\n")
@@ -41,11 +56,11 @@ def run_line(link: Link, channel: SerialChannel, line: str, timeout_s: float) ->
 
 
 def _read(link: Link, channel: SerialChannel, timeout_s: float) -> str:
-    """Console text up to the next prompt, or until nothing comes for `timeout_s`; line ends are newlines."""
+    """Return console text up to the next prompt, or until none comes for `timeout_s`; ends of line are newlines."""
     text     = ""
     quiet_at = time.monotonic() + timeout_s
     while not text.endswith(PROMPT) and time.monotonic() < quiet_at:
-        link.idle(_LOOK_S)
+        link.idle(_POLL_S)
         if more := channel.take_console():
             text    += more.replace("\r", "")
             quiet_at = time.monotonic() + timeout_s

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Request and reply over an unreliable line: a window of requests, time limits and retransmission."""
+"""Requests and replies over an unreliable channel: a window of requests, time limits and retransmission."""
 
 from __future__ import annotations
 
@@ -12,28 +12,95 @@ import secrets
 import time
 from collections import deque
 from collections.abc import Callable, Collection, Iterable
+from dataclasses import dataclass
 
 from ..core.errors import DeviceError, LinkTimeout
 from ..protocol import payloads
-from ..protocol.messages import MIN_MESSAGE_BYTES, VERSION, ErrorCode, Message, MessageType
+from ..protocol.messages import MIN_MESSAGE_BYTES, REPLY, VERSION, ErrorCode, Message, MessageType
 from ..protocol.refusals import refusal, version_mismatch
 from .channel import Channel
-from .settings import Call, LinkCounters, LinkSettings, Run, is_reply
-from .silence import Silence
+from .settings import LinkCounters, LinkSettings
+from .timing import Silence
 
-#: Longest wait in seconds between two hellos to a device that another host uses: that one may say goodbye.
+#: Longest wait in seconds between two hellos to a device that another host uses: that host may end its session.
 _BUSY_WAIT_S = 0.5
 
-#: A late copy of a hello is harmless until another request has come, so on a channel without order nothing is
-#: sent for this time in seconds.
+#: Pause in seconds after a hello on a channel without order: a late copy of it does harm once another request has come.
 _SETTLE_S = 0.03
+
+#: Longest wait in seconds of one `pump` while a reply is waited for.
+_PUMP_S = 1.0
+
+
+class Call:
+    """A request in flight, or queued.
+
+    `reply` is None until the request has been answered.
+
+    Parameters
+    ----------
+    request
+        The message.
+    wrapped
+        The message as the channel carries it.
+    reply_bytes
+        Bytes of the reply as the channel carries it.
+    on_reply
+        Called with the reply, once.
+    accepts
+        Codes of ERROR replies that count as a reply, and raise nothing.
+    """
+
+    def __init__(self, request: Message, wrapped: bytes, reply_bytes: int,
+                 on_reply: Callable[[Message], None] | None, accepts: Collection[ErrorCode]) -> None:
+        self.request      = request
+        self.reply:         Message | None = None
+        self.wrapped      = wrapped
+        self.reply_bytes  = reply_bytes
+        self.on_reply     = on_reply
+        self.accepts      = accepts
+        self.tries        = 0
+        self.first_at     = 0.0
+        self.sent_at      = 0.0
+        self.transmission = 0
+
+    @property
+    def bytes_both_ways(self) -> int:
+        """Return the bytes of the request and of its reply as the channel carries them."""
+        return len(self.wrapped) + self.reply_bytes
+
+    def is_answered_by(self, message: Message) -> bool:
+        """Return whether `message` is the reply, or the ERROR reply, to this request."""
+        return is_reply(message, self.request) and message.offset == self.request.offset
+
+
+@dataclass(frozen=True)
+class MultiReply:
+    """A request with a burst of replies, each at its own offset; `take` gets all of them, an ERROR reply too."""
+
+    request: Message
+    take:    Callable[[Message], None]
+
+
+def is_reply(message: Message, request: Message) -> bool:
+    """Return whether `message` is a reply to `request`, at any offset."""
+    return (message.type in (request.type | REPLY, MessageType.ERROR)
+            and (message.session, message.sequence) == (request.session, request.sequence)
+            and message.frame_id == request.frame_id)
 
 
 class Link:
-    """Client of one device on one channel. Not for several threads.
+    """Client of one device on one channel, for one thread.
 
-    Everything raises DeviceError or one of its children when the device refuses, is gone, or does not answer;
-    after an exception `forget()` what was under way before using the link again.
+    Methods that send or receive raise DeviceError or one of its children if the device refuses, is gone or does not
+    answer. After an exception `forget()` what is in flight before using the link again.
+
+    Parameters
+    ----------
+    channel
+        Carries the messages.
+    settings
+        Limits, the default ones if None.
     """
 
     def __init__(self, channel: Channel, settings: LinkSettings | None = None) -> None:
@@ -43,82 +110,106 @@ class Link:
         self._settings    = settings or LinkSettings()
         self._limit_s     = self._settings.silence_limit_s
         self._timing      = channel.timing(self._settings.timeout_floor_s, self._settings.initial_bytes_per_s)
-        # A random start keeps late replies to a host before this one from matching.
+        # A random start keeps late replies to an earlier host from matching.
         self._sequences   = itertools.count(secrets.randbits(31))
         self._transmitted = itertools.count()
         self._waiting:      deque[Call] = deque()
         self._urgent:       deque[Call] = deque()
         self._outstanding:  dict[int, Call] = {}
-        self._runs:         dict[int, Run] = {}
+        self._bursts:       dict[int, MultiReply] = {}
         self._progress_at = time.monotonic()
         self._silence     = Silence()
 
-    def limit_silence(self, limit_s: float) -> None:
-        """Sets the time in seconds without any reply after which the device counts as gone."""
-        self._limit_s = limit_s
+    @property
+    def ordered(self) -> bool:
+        """Return whether the channel keeps the order of messages."""
+        return self._channel.ordered
 
     @property
     def max_tries(self) -> int:
-        """How often something may be tried before the link gives up."""
+        """Return how often anything may be tried before the link gives up."""
         return self._settings.max_tries
 
     @property
     def patience_s(self) -> float:
-        """Seconds that a reply to something small may take at present before it counts as late."""
+        """Return the seconds after which a small reply counts as late at present."""
         return self._timing.allowed_s(0, 1)
 
-    def hello(self) -> payloads.Capabilities:
-        """Begins a session, and waits for a device that another host uses.
+    def limit_silence(self, limit_s: float) -> None:
+        """Set the seconds without any reply after which the device counts as gone."""
+        self._limit_s = limit_s
 
-        Raises DeviceError if the device stays in use, LinkTimeout if no device answers, ProtocolError if it
-        speaks another version.
+    # Sessions.
+
+    def hello(self) -> payloads.Capabilities:
+        """Begin a session, and wait for a device that another host uses.
+
+        Raises
+        ------
+        DeviceError
+            The device stays in use.
+        LinkTimeout
+            No device answers.
+        ProtocolError
+            The device speaks another version of the protocol.
         """
+        nonce         = secrets.randbits(32)
+        self.session  = 0
         self._limit_s = self._settings.hello_limit_s
+        give_up_at    = time.monotonic() + self._limit_s
         try:
-            capabilities = self._hello(time.monotonic() + self._limit_s)
+            while True:
+                call = self.submit(MessageType.HELLO, payloads.pack_number(nonce), urgent=True,
+                                   accepts=[ErrorCode.BUSY])
+                while call.reply is None:
+                    self.pump(_PUMP_S)
+                if call.reply.type != MessageType.ERROR:
+                    break
+                self._wait_while_busy(call.reply, give_up_at)
         finally:
             self._limit_s = self._settings.silence_limit_s
+        capabilities = payloads.Capabilities.unpack(call.reply.payload)
+        if capabilities.nonce != nonce:
+            raise DeviceError("the device answered another host's hello: only one host can use it at a time")
         self.session = capabilities.session
-        if not self._channel.ordered:
+        if not self.ordered:
             self.idle(_SETTLE_S)
         return capabilities
 
-    def _hello(self, give_up_at: float) -> payloads.Capabilities:
-        nonce        = secrets.randbits(32)
-        self.session = 0
-        while True:
-            call = self.submit(MessageType.HELLO, payloads.pack_number(nonce), urgent=True,
-                               accepts=[ErrorCode.BUSY])
-            reply = self._reply(call)
-            if reply.type != MessageType.ERROR:
-                break
-            _, _, busy_ms = payloads.unpack_error(reply.payload)
-            left_s        = give_up_at - time.monotonic()
-            if left_s <= 0:
-                raise DeviceError("another host uses the device, and has not let go of it for "
-                                  f"{self._settings.hello_limit_s:g} s: end the program there, or wait for it")
-            self.idle(min(left_s, _BUSY_WAIT_S, max(busy_ms/1000, self.patience_s)))
-        capabilities = payloads.Capabilities.unpack(reply.payload)
-        if capabilities.nonce != nonce:
-            raise DeviceError("the device answered another host's hello: only one host can use it at a time")
-        return capabilities
+    def _wait_while_busy(self, reply: Message, give_up_at: float) -> None:
+        _, _, busy_ms = payloads.unpack_error(reply.payload)
+        remaining_s   = give_up_at - time.monotonic()
+        if remaining_s <= 0:
+            raise DeviceError("another host uses the device and has not released it for "
+                              f"{self._settings.hello_limit_s:g} s: end the program there, or wait for it")
+        self.idle(min(remaining_s, _BUSY_WAIT_S, max(busy_ms/1000, self.patience_s)))
+
+    # Requests.
 
     def call(self, kind: MessageType, payload: bytes = b"", frame_id: int = 0) -> Message:
-        """Sends one small request ahead of those that wait, and returns its reply."""
-        return self._reply(self.submit(kind, payload, frame_id, urgent=True))
-
-    def _reply(self, call: Call) -> Message:
-        self.wait([call])
-        if call.reply is None:
-            raise DeviceError("a request was given up")
+        """Send one small request ahead of those that are queued, and return its reply."""
+        call = self.submit(kind, payload, frame_id, urgent=True)
+        while call.reply is None:
+            self.pump(_PUMP_S)
         return call.reply
 
     def submit(self, kind: MessageType, payload: bytes = b"", frame_id: int = 0, offset: int = 0, *,
                reply_bytes: int = 0, urgent: bool = False, on_reply: Callable[[Message], None] | None = None,
                accepts: Collection[ErrorCode] = ()) -> Call:
-        """Queues a request, for `pump` to send; urgent ones pass others. The reply carries `reply_bytes`.
+        """Queue a request, which `pump` or `flush` sends.
 
-        An ERROR reply whose code is in `accepts` counts as reply; any other raises an exception.
+        Parameters
+        ----------
+        kind, payload, frame_id, offset
+            Fields of the message.
+        reply_bytes
+            Length of the reply's payload.
+        urgent
+            Whether the request goes before those that are not urgent.
+        on_reply
+            Called with the reply.
+        accepts
+            Codes of ERROR replies that count as a reply; any other ERROR reply raises an exception.
         """
         request = Message(kind, self.session, self.next_sequence(), frame_id, offset, payload)
         call    = Call(request, self._channel.wrap(request.encode()),
@@ -127,42 +218,85 @@ class Link:
         return call
 
     def drop(self, call: Call) -> None:
-        """Asks no more for the reply to `call`; one that comes is ignored."""
+        """Stop waiting for the reply to `call`, and ignore it if it comes."""
         self._outstanding.pop(call.request.sequence, None)
         for queue in (self._urgent, self._waiting):
             if call in queue:
                 queue.remove(call)
 
-    def run(self, kind: MessageType, payload: bytes, frame_id: int, offset: int,
-            take: Callable[[Message], None]) -> int:
-        """Sends a request with many replies at once, and once only; returns its sequence.
+    def request_burst(self, kind: MessageType, payload: bytes, frame_id: int, offset: int,
+                      take: Callable[[Message], None]) -> int:
+        """Send a request with many replies at once, and only once; return its sequence.
 
-        `take` gets the replies, in whatever order, lost ones and repeated ones as it happens, and an ERROR
-        reply as well, until `end_run`.
+        Until `end_burst`, `take` gets the replies as they come, an ERROR reply too: in any order, some of them
+        repeatedly, some never.
         """
         sequence = self.next_sequence()
         request  = Message(kind, self.session, sequence, frame_id, offset, payload)
-        self._runs[sequence] = Run(request, take)
+        self._bursts[sequence] = MultiReply(request, take)
         self._channel.send(self._channel.wrap(request.encode()), False)
         return sequence
 
     def listen(self, kind: MessageType, sequence: int, frame_id: int, take: Callable[[Message], None]) -> None:
-        """Has `take` get what comes as if in reply to a request of that kind, until `end_run`.
+        """Have `take` get, until `end_burst`, what comes as replies of that kind with that sequence.
 
-        It is the device's answer to the request that has that sequence, next to the reply proper.
+        The device sends them after the request of that sequence, in addition to its proper reply.
         """
-        self._runs[sequence] = Run(Message(kind, self.session, sequence, frame_id), take)
+        self._bursts[sequence] = MultiReply(Message(kind, self.session, sequence, frame_id), take)
 
-    def end_run(self, sequence: int) -> None:
-        """Ignores what replies may come to a run."""
-        self._runs.pop(sequence, None)
+    def end_burst(self, sequence: int) -> None:
+        """Ignore further replies to the request of that sequence."""
+        self._bursts.pop(sequence, None)
 
     def next_sequence(self) -> int:
-        """The sequence of a request that is not made by this link, but sent on its channel."""
+        """Return a sequence for a message that is sent on the channel, and not by this link."""
         return next(self._sequences) & 0xffffffff
 
+    def wait(self, calls: Iterable[Call]) -> None:
+        """Pump until all of `calls` have been answered."""
+        for call in calls:
+            while call.reply is None:
+                self.pump(_PUMP_S)
+
+    def drain(self) -> None:
+        """Pump until every request has been answered."""
+        while self._outstanding or self._urgent or self._waiting:
+            self.pump(_PUMP_S)
+
+    def idle(self, seconds: float) -> None:
+        """Pump for `seconds`; if nothing is in flight this is a pause, in which console text is received."""
+        end_at = time.monotonic() + seconds
+        while (remaining_s := end_at - time.monotonic()) > 0:
+            self.pump(remaining_s)
+
+    def forget(self) -> None:
+        """Drop all requests that are queued or unanswered, and ignore replies to them."""
+        self._waiting.clear()
+        self._urgent.clear()
+        self._outstanding.clear()
+        self._bursts.clear()
+
+    # Sending and receiving.
+
+    def pump(self, wait_s: float) -> None:
+        """Send what the window allows, handle what arrives within `wait_s`, and send again what seems lost."""
+        self.flush()
+        if self._outstanding:
+            wait_s = min(wait_s, max(0.0, self._timeout_at() - time.monotonic()))
+        broken   = self._channel.errors
+        messages = self._channel.receive(wait_s)
+        self._silence.add_wait(wait_s)
+        progress = False
+        for message in messages:
+            progress = self._receive(message) or progress
+        if self._channel.errors > broken:
+            # A broken reply is no progress, but its sender is there.
+            self._silence.reset()
+        if self._outstanding and not (self.ordered and progress):
+            self._check_time()
+
     def flush(self) -> None:
-        """Sends what is queued, as far as the window allows."""
+        """Send what is queued, as far as the window allows."""
         while call := self._next_that_fits():
             if not self._outstanding:
                 self._progressed()
@@ -170,55 +304,21 @@ class Link:
             self.counters.requests += 1
             self._send(call)
 
-    def wait(self, calls: Iterable[Call]) -> None:
-        """Pumps until all of `calls` have been answered."""
-        for call in calls:
-            while call.reply is None:
-                self.pump(1.0)
-
-    def forget(self) -> None:
-        """Drops every request that is queued or unanswered; replies to them will be ignored."""
-        self._waiting.clear()
-        self._urgent.clear()
-        self._outstanding.clear()
-        self._runs.clear()
-
-    def pump(self, wait_s: float) -> None:
-        """Sends what the window allows, takes in what comes within `wait_s`, sends again what seems lost."""
-        self.flush()
-        if self._outstanding:
-            wait_s = min(wait_s, max(0.0, self._timeout_at() - time.monotonic()))
-        broken   = self._channel.errors
-        messages = self._channel.receive(wait_s)
-        self._silence.listened(wait_s)
-        progress = [self._receive(message) for message in messages]
-        if self._channel.errors > broken:
-            # A broken reply is no progress, but who sends one is there.
-            self._silence.end()
-        if self._outstanding and not (self._channel.ordered and any(progress)):
-            self._check_time()
-
-    def idle(self, seconds: float) -> None:
-        """Pumps for a while; with nothing under way it is a pause in which console text is taken in."""
-        end_at = time.monotonic() + seconds
-        while (left_s := end_at - time.monotonic()) > 0:
-            self.pump(left_s)
-
     def _next_that_fits(self) -> Call | None:
-        """Takes the next request from its queue, unless the window is too full for it."""
-        # While downloads fill the way back, uploads can still use the way there.
+        """Return the next request, taken from its queue, or None if the window has no room for it."""
+        # While downloads fill the way from the device, uploads can still use the way to it.
         for queue in (self._urgent, self._waiting):
             if queue and self._fits(queue[0]):
                 return queue.popleft()
         return None
 
     def _fits(self, call: Call) -> bool:
-        calls    = (call, *self._outstanding.values())
+        calls = (call, *self._outstanding.values())
         if len(calls) > self._settings.window_requests:
             return False
-        to_there = sum(len(other.wrapped) for other in calls)
-        to_here  = sum(other.reply_bytes for other in calls)
-        return len(calls) == 1 or max(to_there, to_here) <= self._settings.window_bytes
+        to_device = sum(len(other.wrapped) for other in calls)
+        to_host   = sum(other.reply_bytes for other in calls)
+        return len(calls) == 1 or max(to_device, to_host) <= self._settings.window_bytes
 
     def _send(self, call: Call) -> None:
         resync = call.tries > 0 or call.request.type == MessageType.HELLO
@@ -238,68 +338,65 @@ class Link:
             self._send(call)
 
     def _receive(self, message: Message) -> bool:
-        """Takes in a message; returns whether it answers a request."""
+        """Handle a message; return whether it answers a request."""
         call = self._outstanding.get(message.sequence)
-        if call is None or not call.answered_by(message):
-            return self._receive_of_run(message)
+        if call is None or not call.is_answered_by(message):
+            burst = self._bursts.get(message.sequence)
+            if burst is None or not is_reply(message, burst.request) or message.version != VERSION:
+                self.counters.stale_replies += 1
+                return False
+            self._progressed()
+            burst.take(message)
+            return True
         del self._outstanding[message.sequence]
         if message.type == MessageType.ERROR and payloads.unpack_error(message.payload)[0] not in call.accepts:
             raise refusal(message)
         if message.version != VERSION:
             raise version_mismatch(message.version)
-        self._measure(call)
+        self._record_time(call)
         call.reply = message
         if call.on_reply is not None:
             call.on_reply(message)
-        if self._channel.ordered:
-            # What was sent before this request and is not answered has been lost.
+        if self.ordered:
+            # What was sent before this request and has not been answered is lost.
             self._send_again([other for other in self._outstanding.values()
                               if other.transmission < call.transmission])
         return True
 
-    def _receive_of_run(self, message: Message) -> bool:
-        run = self._runs.get(message.sequence)
-        if run is None or not is_reply(message, run.request) or message.version != VERSION:
-            self.counters.stale_replies += 1
-            return False
-        self._progressed()
-        run.take(message)
-        return True
-
-    def _measure(self, call: Call) -> None:
-        """Takes in the time that the reply took, which has just come."""
+    def _record_time(self, call: Call) -> None:
+        """Record how long the reply to `call`, which has just come, has taken."""
         now = time.monotonic()
         if call.tries > 1:
             self._timing.sample_repeated(now - call.first_at, now - call.sent_at)
         else:
             # On a line a reply has to wait for the one before it.
-            begin = max(call.sent_at, self._progress_at) if self._channel.ordered else call.sent_at
+            begin = max(call.sent_at, self._progress_at) if self.ordered else call.sent_at
             self._timing.sample(now - begin, call.bytes_both_ways)
         self._progressed()
 
     def _progressed(self) -> None:
         self._progress_at = time.monotonic()
-        self._silence.end()
+        self._silence.reset()
 
     def _timeout_at(self) -> float:
-        """When something counts as lost."""
-        if not self._channel.ordered:
+        """Return the time at which the next request counts as lost."""
+        if not self.ordered:
             return min(map(self._late_at, self._outstanding.values()))
         in_flight = sum(call.bytes_both_ways for call in self._outstanding.values())
         oldest    = min(self._outstanding.values(), key=lambda call: call.transmission)
         return max(self._progress_at, oldest.sent_at) + self._timing.allowed_s(in_flight, oldest.tries)
 
     def _late_at(self, call: Call) -> float:
-        """When a request counts as lost where each has a time of its own, as a later reply shows nothing."""
+        """Return the time at which `call` counts as lost where no later reply shows it, as messages change places."""
         return call.sent_at + self._timing.allowed_s(call.bytes_both_ways, call.tries)
 
     def _check_time(self) -> None:
+        """Send again what is late; raise LinkTimeout if the device has been silent for too long."""
         now = time.monotonic()
         if self._silence.seconds > self._limit_s:
             raise LinkTimeout(f"the device has not answered for {self._limit_s:g} s: "
                               "is it running, is this its port and speed, and does no other host use it?")
         if now >= self._timeout_at():
             self.counters.timeouts += 1
-            late = [call for call in self._outstanding.values()
-                    if self._channel.ordered or now >= self._late_at(call)]
+            late = [call for call in self._outstanding.values() if self.ordered or now >= self._late_at(call)]
             self._send_again(sorted(late, key=lambda call: call.transmission))

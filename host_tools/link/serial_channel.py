@@ -8,13 +8,13 @@
 from __future__ import annotations
 
 from ..protocol.messages import Message
-from .pace import Pace
-from .serial_framing import Demultiplexer, frame
+from .serial_framing import Demultiplexer, encode_frame
+from .timing import Pace
 from .transports import Transport
 
 
 class SerialChannel:
-    """A channel on a line of bytes, which the device's console shares.
+    """A channel on a line of bytes, which it shares with the device's console.
 
     Parameters
     ----------
@@ -33,35 +33,38 @@ class SerialChannel:
 
     @property
     def errors(self) -> int:
-        """Number of frames that held no message."""
+        """Return the number of received COBS frames that held no message."""
         return self._demux.errors
 
     def timing(self, floor_s: float, initial_bytes_per_s: float) -> Pace:
-        """What takes time on a line is its bytes."""
+        """Return a new estimate of the time per byte, which is what counts on a line."""
         return Pace(floor_s, initial_bytes_per_s)
 
     def wrap(self, message: bytes) -> bytes:
-        """A message as a frame."""
-        return frame(message)
+        """Return an encoded message as a COBS frame."""
+        return encode_frame(message)
 
     def send(self, wrapped: bytes, resync: bool) -> None:
-        """Sends a frame."""
-        # One delimiter more ends whatever the device takes for the beginning of a frame, be it left behind by
-        # a host before this one or made by noise; a device that waits for a frame ignores it.
+        """Send a COBS frame, after one more delimiter if `resync`; raise DeviceError if the line is gone."""
+        # The delimiter ends what the device may take for the beginning of a frame, left by noise or by an earlier host.
+        # A device that waits for a frame ignores it.
         self._transport.write(b"\0" + wrapped if resync else wrapped)
 
     def receive(self, timeout_s: float) -> list[Message]:
-        """Messages that have arrived, waiting at most `timeout_s` for bytes."""
+        """Return the messages that have arrived, waiting at most `timeout_s` for bytes.
+
+        Raises DeviceError if the line is gone.
+        """
         return self._demux.feed(self._transport.read(timeout_s))
 
     def write_console(self, text: str) -> None:
-        """Sends console text to the device, outside of any frame."""
+        """Send console text to the device, outside any frame; raise DeviceError if the line is gone."""
         self._transport.write(text.encode())
 
     def take_console(self) -> str:
-        """Console text received since the last call."""
+        """Return the console text received since the last call."""
         return self._demux.take_console()
 
     def close(self) -> None:
-        """Closes the line."""
+        """Close the line."""
         self._transport.close()

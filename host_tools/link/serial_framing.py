@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Frames and console text on one serial line: 0x00, COBS of a message, 0x00; anything else is text."""
+"""COBS frames and console text on one serial line: a frame is 0x00, COBS of a message, 0x00; the rest is text."""
 
 from __future__ import annotations
 
@@ -16,27 +16,27 @@ from ..protocol.messages import MAX_MESSAGE_BYTES, Message
 
 _DELIMITER = bytes([cobs.DELIMITER])
 
-#: Silence inside a frame, in seconds, after which a receiver goes back to console text.
+#: Seconds of silence inside a frame after which a receiver returns to console text.
 FRAME_TIMEOUT_S = 1.0
 
-#: Longest encoding of a message: COBS adds a byte per 254 begun.
+#: Longest encoding of a message in bytes: COBS adds one byte for every 254 or part of them.
 MAX_ENCODED_BYTES = MAX_MESSAGE_BYTES + -(-MAX_MESSAGE_BYTES // cobs.RUN_LENGTH)
 
 
-def frame(message: bytes) -> bytes:
-    """`message` as it stands on the line, with a delimiter on both sides."""
+def encode_frame(message: bytes) -> bytes:
+    """Return the COBS frame of an encoded message, with a delimiter at both ends."""
     return _DELIMITER + cobs.encode(message) + _DELIMITER
 
 
 class Demultiplexer:
-    """Receiver of a serial line: sorts its bytes into messages and console text.
+    """Receiver of a serial line, which sorts its bytes into messages and console text.
 
-    `errors` counts frames that held no message. `console` collects the text, as bytes, until it is taken.
+    `errors` counts frames that held no message. `console` collects the bytes of the text until they are taken.
 
     Parameters
     ----------
     clock
-        Gives the time in seconds; only differences count.
+        Returns a time in seconds, of which only differences count.
     """
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
@@ -48,7 +48,7 @@ class Demultiplexer:
         self._last_bytes = clock()
 
     def feed(self, data: bytes) -> list[Message]:
-        """Messages that `data`, the next bytes of the line, completes."""
+        """Return the messages that `data`, the next bytes of the line, completes."""
         now = self._clock()
         if self._inside and now - self._last_bytes > FRAME_TIMEOUT_S:
             self._abandon()
@@ -61,7 +61,7 @@ class Demultiplexer:
             if index > 0:
                 self._delimiter(messages)
             if self._inside:
-                # One byte more than allowed is kept, so that a frame that is too long shows.
+                # Keep one byte more than allowed, so that a frame that is too long is noticed.
                 self._frame += part[:MAX_ENCODED_BYTES + 1 - len(self._frame)]
             else:
                 self.console += part
@@ -76,7 +76,7 @@ class Demultiplexer:
         if not self._inside:
             self._inside = True
             return
-        # A frame without content is the gap between two frames whose delimiters meet: a frame begins here.
+        # An empty frame is the gap between the end of one frame and the beginning of the next: a frame begins here.
         if not self._frame:
             return
         try:
@@ -87,7 +87,7 @@ class Demultiplexer:
         self._frame.clear()
 
     def take_console(self) -> str:
-        """Console text received since the last call; what is not UTF-8 becomes replacement characters."""
+        """Return the console text received since the last call, with replacement characters for what is not UTF-8."""
         text = self.console.decode("utf-8", "replace")
         self.console.clear()
         return text

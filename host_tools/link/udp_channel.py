@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Messages as datagrams."""
+"""Messages as UDP datagrams."""
 
 from __future__ import annotations
 
@@ -16,30 +16,40 @@ from ..core.errors import DeviceError, ProtocolError
 from ..protocol.messages import CHUNK_BYTES, Message, MessageType, pack_header
 from .timing import RoundTrip
 
-#: Room for datagrams in bytes, each way; the kernel may give less.
+#: Requested socket buffers in bytes, each way; the kernel may give less.
 _BUFFER_BYTES = 4 << 20
 
-#: What a datagram of a whole chunk takes of that room, with the kernel's own data.
+#: Bytes of a socket buffer that a datagram of a whole chunk uses, with the kernel's own data.
 _DATAGRAM_BYTES = 2560
 
-#: More than any message; a datagram that is longer is cut, and no message either way.
+#: Longest read in bytes, more than any message: a longer datagram is cut, and no message either way.
 _READ_BYTES = 2048
 
-#: Datagrams that are taken in at once, so that time limits are looked at under a flood too.
+#: Most datagrams of one poll, so that time limits are checked under a flood too.
 _MOST_AT_ONCE = 256
 
 _REASONS = {
-    errno.ECONNREFUSED: "nothing listens there: is the device running, and the port right?",
+    errno.ECONNREFUSED: "nothing listens there: is the device running, and is this its port?",
     errno.EHOSTUNREACH: "no such host answers: is the device on, and in this network?",
-    errno.ENETUNREACH:  "no way leads to that network: is the cable plugged in?",
+    errno.ENETUNREACH:  "there is no route to that network: is the cable plugged in?",
     errno.EMSGSIZE:     f"the network does not take datagrams of {CHUNK_BYTES} bytes: raise its MTU to 1500",
 }
 
 
 class UdpChannel:
-    """Datagrams to and from port `port` of `host`; raises DeviceError if there is no such host.
+    """A channel of datagrams to and from a device.
 
-    `room` is the number of datagrams of a whole chunk that can wait to be read.
+    `room` is the number of datagrams of a whole chunk that fit the receive buffer.
+
+    Parameters
+    ----------
+    host, port
+        Name or address of the device, and its port.
+
+    Raises
+    ------
+    DeviceError
+        There is no such host.
     """
 
     ordered        = False
@@ -67,33 +77,34 @@ class UdpChannel:
         self._poll.register(self._socket, select.POLLIN)
 
     def timing(self, *_: float) -> RoundTrip:
-        """What takes time on a network is the way, not the bytes."""
+        """Return a new estimate of the round trip, which is what counts on a network."""
         return RoundTrip()
 
     def wrap(self, message: bytes) -> bytes:
-        """The message itself."""
+        """Return an encoded message as it is: a datagram holds one."""
         return message
 
     def send(self, wrapped: bytes, _: bool) -> None:
-        """Sends a datagram."""
-        self._send([wrapped])
+        """Send a datagram; raise DeviceError if the device cannot be reached."""
+        try:
+            self._socket.sendmsg([wrapped])
+        except OSError as error:
+            self._check_sent(error)
 
     def send_chunk(self, session: int, sequence: int, frame_id: int, offset: int, chunk: memoryview,
                    kind: MessageType = MessageType.UPLOAD) -> None:
-        """Sends an UPLOAD, or PAIRS, without copying the chunk."""
+        """Send an UPLOAD, or PAIRS, without copying the chunk; raise DeviceError if the device cannot be reached."""
         header, crc = pack_header(kind, session, sequence, frame_id, offset, chunk)
-        self._send([header, chunk, crc])
-
-    def _send(self, parts: list[bytes | memoryview]) -> None:
         try:
-            self._socket.sendmsg(parts)
+            self._socket.sendmsg([header, chunk, crc])
         except OSError as error:
-            # A full queue of the network card drops, as any queue on the way may.
-            if error.errno != errno.ENOBUFS:
-                raise self._lost(error) from None
+            self._check_sent(error)
 
     def receive(self, timeout_s: float) -> list[Message]:
-        """Messages that have arrived, waiting at most `timeout_s` for a datagram."""
+        """Return the messages that have arrived, waiting at most `timeout_s` for a datagram.
+
+        Raises DeviceError if the device cannot be reached.
+        """
         messages = self._arrived()
         if not messages and timeout_s > 0 and self._poll.poll(timeout_s*1000):
             messages = self._arrived()
@@ -112,10 +123,16 @@ class UdpChannel:
                 raise self._lost(error) from None
         return messages
 
+    def _check_sent(self, error: OSError) -> None:
+        """Raise DeviceError for an error of sending, unless the datagram is lost only."""
+        # A network card drops datagrams if its queue is full, as any queue on the path may.
+        if error.errno != errno.ENOBUFS:
+            raise self._lost(error) from None
+
     def _lost(self, error: OSError) -> DeviceError:
         return DeviceError(f"cannot reach {self._name}: "
                            f"{_REASONS.get(error.errno or 0, error.strerror or str(error))}")
 
     def close(self) -> None:
-        """Closes the socket."""
+        """Close the socket; closing twice does no harm."""
         self._socket.close()

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Device URLs: where a device is, in one word of a command line."""
+"""Device URLs: where a device is, as one word of a command line."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from ..core.errors import UrlError
 from ..protocol.messages import UDP_PORT
 
-#: An example of each kind of device URL, for messages and help.
+#: One example of each kind of device URL, for messages and help.
 EXAMPLES = {
     "udp":    "udp://192.168.1.50",
     "tcp":    "tcp://127.0.0.1:2000",
@@ -27,7 +27,11 @@ EXAMPLES = {
 
 @dataclass(frozen=True)
 class DeviceUrl:
-    """A device URL in parts: `host` and `port` of udp and tcp, `path` of serial, `options` from the query."""
+    """A device URL in parts.
+
+    `text` is the whole of it. `host` and `port` are set for udp and tcp, `path` for serial; `options` are those of the
+    query.
+    """
 
     text:    str
     scheme:  str
@@ -37,21 +41,21 @@ class DeviceUrl:
     options: Mapping[str, str] = field(default_factory=dict)
 
     def check_options(self, *names: str) -> None:
-        """Raises UrlError if there is an option that is not one of `names`."""
+        """Raise UrlError if there is an option that is not one of `names`."""
         for name in self.options:
             if name not in names:
                 known = f"the options are {', '.join(names)}" if names else f"{self.scheme}: takes none"
                 raise UrlError(f"{self.text}: unknown option '{name}', {known}")
 
     def choice(self, name: str, default: str, *others: str) -> str:
-        """Value of an option that is `default` or one of `others`; raises UrlError if it is none of them."""
+        """Return the value of an option, `default` or one of `others`; raise UrlError if it is none of them."""
         value = self.options.get(name, default)
         if value not in (default, *others):
             raise UrlError(f"{self.text}: {name} is {' or '.join((default, *others))}, not '{value}'")
         return value
 
     def integer(self, name: str, default: int, minimum: int = 1) -> int:
-        """Value of an option as a number; raises UrlError if it is none, or less than `minimum`."""
+        """Return the value of an option as a number; raise UrlError if it is none, or less than `minimum`."""
         text = self.options.get(name, str(default))
         if not text.isdecimal() or int(text) < minimum:
             raise UrlError(f"{self.text}: {name} must be a whole number of at least {minimum}, not '{text}'")
@@ -59,7 +63,7 @@ class DeviceUrl:
 
 
 def parse_url(text: str) -> DeviceUrl:
-    """Parts of a device URL.
+    """Return the parts of a device URL.
 
     Raises
     ------

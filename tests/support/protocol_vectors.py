@@ -16,7 +16,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from litestereo.host_tools.core.settings import Parameter
-from litestereo.host_tools.link.serial_framing import frame
+from litestereo.host_tools.link.serial_framing import encode_frame
 from litestereo.host_tools.protocol import payloads
 from litestereo.host_tools.protocol.messages import CHUNK_BYTES, ErrorCode, Message, MessageType
 
@@ -102,7 +102,7 @@ def vectors() -> dict[str, Message]:
 
 def vector_text() -> str:
     """What the file of vectors must hold."""
-    return "".join(f"{name} {message.encode().hex()} {frame(message.encode()).hex()}\n"
+    return "".join(f"{name} {message.encode().hex()} {encode_frame(message.encode()).hex()}\n"
                    for name, message in vectors().items())
 
 

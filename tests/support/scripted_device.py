@@ -13,7 +13,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 
-from litestereo.host_tools.link.serial_framing import Demultiplexer, frame
+from litestereo.host_tools.link.serial_framing import Demultiplexer, encode_frame
 from litestereo.host_tools.protocol.messages import Message
 
 #: What a scripted device does with a request: returns the bytes that it sends.
@@ -22,7 +22,7 @@ Script = Callable[[Message], bytes]
 
 def framed(message: Message) -> bytes:
     """A message as it stands on the line."""
-    return frame(message.encode())
+    return encode_frame(message.encode())
 
 
 class ScriptedTransport:

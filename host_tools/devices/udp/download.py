@@ -134,8 +134,8 @@ class Download:
             self._heard_at = time.monotonic()
             if not self.stalled:
                 self._part_at = self._heard_at
-        sequence = self._link.run(MessageType.READ, payloads.pack_number(length), self._frame.frame_id, offset,
-                                  self._take)
+        sequence = self._link.request_burst(MessageType.READ, payloads.pack_number(length), self._frame.frame_id,
+                                            offset, self._take)
         self._numbers[sequence] = len(self._numbers)
         self._reads.append(_Read(self._numbers[sequence], first, count))
         return count
@@ -217,6 +217,6 @@ class Download:
     def forget(self) -> None:
         """Ignores what may still come."""
         for sequence in self._numbers:
-            self._link.end_run(sequence)
+            self._link.end_burst(sequence)
         self._reads.clear()
         self._wanted.clear()

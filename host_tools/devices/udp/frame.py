@@ -14,7 +14,7 @@ import numpy as np
 
 from ...core.errors import ProtocolError
 from ...core.settings import MatcherSettings
-from ...link.settings import Call
+from ...link.link import Call
 from ...protocol.messages import CHUNK_BYTES, Message
 from ...protocol.payloads import FrameStatus
 from ..base import Pair, Result

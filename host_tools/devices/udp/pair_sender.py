@@ -13,7 +13,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from ...core.errors import LinkTimeout
-from ...link.settings import Call
+from ...link.link import Call
 from ...protocol.messages import CHUNK_BYTES, NO_OFFSET, Message, MessageType
 from ...protocol.payloads import FrameState, FrameStatus
 from ..base import Progress

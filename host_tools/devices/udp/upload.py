@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...core.errors import LinkTimeout, ProtocolError
-from ...link.settings import Call
+from ...link.link import Call
 from ...protocol.messages import Message, MessageType
 from ..base import Progress
 from .frame import Frame

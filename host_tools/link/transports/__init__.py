@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Byte transports: the ways to a device that carry the serial line's bytes."""
+"""Transports: what carries the bytes of a serial line to and from a device."""
 
 from __future__ import annotations
 
@@ -17,20 +17,28 @@ class Transport(Protocol):
     """A line of bytes to and from a device, used by one thread."""
 
     def write(self, data: bytes) -> None:
-        """Sends all of `data`; raises DeviceError if the line is gone."""
+        """Send all of `data`; raise DeviceError if the line is gone."""
 
     def read(self, timeout_s: float) -> bytes:
-        """Bytes that have arrived, waiting at most `timeout_s` for the first of them; none if none came.
+        """Return the bytes that have arrived, waiting at most `timeout_s` for the first one; b"" if none came.
 
         Raises DeviceError if the line is gone.
         """
 
     def close(self) -> None:
-        """Closes the line; closing twice does no harm."""
+        """Close the line; closing twice does no harm."""
 
 
 def open_transport(url: DeviceUrl) -> Transport:
-    """Opens the line that a tcp or serial URL names; raises DeviceError if it cannot be opened."""
+    """Open the line that a URL names.
+
+    Raises
+    ------
+    UrlError
+        The URL is neither tcp nor serial, or an option of it is wrong.
+    DeviceError
+        The line cannot be opened.
+    """
     if url.scheme == "tcp":
         from .tcp import TcpTransport
 

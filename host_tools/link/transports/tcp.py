@@ -11,7 +11,7 @@ import socket
 
 from ...core.errors import DeviceError, LinkTimeout
 
-#: Time in seconds for the connection to be made, and for data to be taken once the buffers are full.
+#: Seconds in which the connection must be made, and in which the other end must accept data once buffers are full.
 CONNECT_TIMEOUT_S = 5.0
 WRITE_TIMEOUT_S   = 15.0
 
@@ -19,38 +19,38 @@ _READ_BYTES = 65536
 
 
 class TcpTransport:
-    """A connection to `host`:`port`; raises DeviceError if there is none to be had."""
+    """A connection to `host`:`port`; raises DeviceError if it cannot be made."""
 
     def __init__(self, host: str, port: int) -> None:
         self._name = f"tcp://{host}:{port}"
         try:
             self._socket = socket.create_connection((host, port), timeout=CONNECT_TIMEOUT_S)
         except ConnectionRefusedError:
-            raise DeviceError(f"{self._name} refused the connection: is the device running, and the port "
-                              "right?") from None
+            raise DeviceError(f"{self._name} refused the connection: is the device running, and is this its port?"
+                              ) from None
         except TimeoutError:
             raise LinkTimeout(f"{self._name} did not accept the connection within {CONNECT_TIMEOUT_S:g} s"
                               ) from None
         except OSError as error:
             raise DeviceError(f"cannot connect to {self._name}: {error.strerror or error}") from None
-        # Requests are small and answered one by one: waiting to fill a packet would cost a round trip each.
+        # Requests are small and answered one by one: to wait until a packet is full would cost a round trip for each.
         self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
 
     def write(self, data: bytes) -> None:
-        """Sends all of `data`; raises DeviceError if the connection is gone or takes nothing any more."""
+        """Send all of `data`; raise DeviceError if the connection is gone or accepts no more data."""
         try:
             self._socket.settimeout(WRITE_TIMEOUT_S)
             self._socket.sendall(data)
         except TimeoutError:
-            raise LinkTimeout(f"{self._name} took no data for {WRITE_TIMEOUT_S:g} s: restart the device"
+            raise LinkTimeout(f"{self._name} accepted no data for {WRITE_TIMEOUT_S:g} s: restart the device"
                               ) from None
         except OSError as error:
             raise self._lost(error) from None
 
     def read(self, timeout_s: float) -> bytes:
-        """Bytes that have arrived within `timeout_s`; raises DeviceError if the connection is gone."""
+        """Return the bytes that arrive within `timeout_s`; raise DeviceError if the connection is gone."""
         try:
-            # A timeout of 0 would make the socket non-blocking, which reports in another way.
+            # A timeout of 0 would make the socket non-blocking, which reports it by another exception.
             self._socket.settimeout(max(timeout_s, 1e-6))
             data = self._socket.recv(_READ_BYTES)
         except TimeoutError:
@@ -66,5 +66,5 @@ class TcpTransport:
         return DeviceError(f"the connection to {self._name} is lost: {error.strerror or error}")
 
     def close(self) -> None:
-        """Closes the connection."""
+        """Close the connection."""
         self._socket.close()

@@ -24,7 +24,7 @@ from litestereo.host_tools.cli import info
 from litestereo.host_tools.core.settings import MatcherSettings
 from litestereo.host_tools.data.ground_truth import read_ground_truth
 from litestereo.host_tools.link import link
-from litestereo.host_tools.link.link import LinkSettings
+from litestereo.host_tools.link.settings import LinkSettings
 from litestereo.host_tools.protocol import payloads
 from litestereo.host_tools.protocol.messages import ErrorCode, Message, MessageType
 from support.command import one_line, run

@@ -20,9 +20,10 @@ import pytest
 from litestereo.host_tools.core.errors import DeviceError, DeviceRefused, LinkTimeout, SessionLost
 from litestereo.host_tools.core.settings import MatcherSettings, Parameter
 from litestereo.host_tools.devices.connect import connect
-from litestereo.host_tools.link.link import Link, LinkSettings
+from litestereo.host_tools.link.link import Link
 from litestereo.host_tools.link.serial_channel import SerialChannel
-from litestereo.host_tools.link.serial_framing import Demultiplexer, frame
+from litestereo.host_tools.link.serial_framing import Demultiplexer, encode_frame
+from litestereo.host_tools.link.settings import LinkSettings
 from litestereo.host_tools.link.transports.tcp import TcpTransport
 from litestereo.host_tools.protocol import payloads
 from litestereo.host_tools.protocol.messages import CHUNK_BYTES, ErrorCode, Message, MessageType
@@ -245,7 +246,7 @@ def test_a_host_killed_in_mid_upload_locks_nobody_out(shared):
 def test_garbage_before_hello(shared_port, seed):
     rng     = byte_generator(55, seed)
     garbage = rng.choice((rng.randbytes(rng.randrange(1, 5000)), b"AT\r\nhello\r\n", b"\0", b"\0\0\0abc",
-                          frame(Message(MessageType.START).encode())[:rng.randrange(2, 30)]))
+                          encode_frame(Message(MessageType.START).encode())[:rng.randrange(2, 30)]))
     with socket.create_connection(("127.0.0.1", shared_port)) as raw:
         raw.sendall(garbage)
     (pair,) = pairs(1)
@@ -323,7 +324,7 @@ def test_a_device_that_dies_is_noticed():
 
 def test_another_version_is_refused_by_the_firmware(shared_port):
     line = TcpTransport("127.0.0.1", shared_port)
-    line.write(frame(Message(MessageType.HELLO, sequence=7, payload=bytes(4), version=2).encode()))
+    line.write(encode_frame(Message(MessageType.HELLO, sequence=7, payload=bytes(4), version=2).encode()))
     demux    = Demultiplexer()
     messages = []
     while not messages:

@@ -15,7 +15,8 @@ from litestereo.host_tools.core.settings import MatcherSettings
 from litestereo.host_tools.devices.udp.frame import Frame
 from litestereo.host_tools.devices.udp.pair_sender import PairSender
 from litestereo.host_tools.devices.udp.route import Route
-from litestereo.host_tools.link.settings import Call, LinkCounters
+from litestereo.host_tools.link.link import Call
+from litestereo.host_tools.link.settings import LinkCounters
 from litestereo.host_tools.protocol.messages import NO_OFFSET, Message, MessageType
 from litestereo.host_tools.protocol.payloads import FrameState, FrameStatus
 

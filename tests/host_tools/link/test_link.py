@@ -11,10 +11,11 @@ from dataclasses import replace
 import pytest
 
 from litestereo.host_tools.core.errors import DeviceError, DeviceRefused, LinkTimeout, ProtocolError, SessionLost
-from litestereo.host_tools.link.link import Link, LinkSettings
-from litestereo.host_tools.link.pace import Pace
+from litestereo.host_tools.link.link import Link
 from litestereo.host_tools.link.serial_channel import SerialChannel
 from litestereo.host_tools.link.serial_framing import Demultiplexer
+from litestereo.host_tools.link.settings import LinkSettings
+from litestereo.host_tools.link.timing import Pace
 from litestereo.host_tools.protocol import payloads
 from litestereo.host_tools.protocol.messages import CHUNK_BYTES, REPLY, ErrorCode, Message, MessageType
 from support.pairs import byte_generator
@@ -313,6 +314,16 @@ def test_time_away_from_the_link_costs_no_retransmission():
     link.wait(calls)
     assert link.counters.timeouts == 0
     assert len(transport.requests) == 4
+
+
+def test_drain_waits_for_all_replies():
+    """Those of requests in flight, and of requests that the window has kept queued."""
+    link, transport = connected(answer)
+    calls = upload(link, 20) + [link.submit(MessageType.STATUS, urgent=True)]
+    link.drain()
+    assert all(call.reply is not None for call in calls)
+    assert len(transport.requests) == 1 + 21
+    link.drain()
 
 
 def test_refusals_become_exceptions():

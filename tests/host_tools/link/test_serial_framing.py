@@ -7,7 +7,7 @@
 
 import pytest
 
-from litestereo.host_tools.link.serial_framing import FRAME_TIMEOUT_S, Demultiplexer, frame
+from litestereo.host_tools.link.serial_framing import FRAME_TIMEOUT_S, Demultiplexer, encode_frame
 from litestereo.host_tools.protocol.messages import Message, MessageType
 from support.pairs import byte_generator
 
@@ -28,7 +28,7 @@ def messages(count):
 
 
 def on_line(message):
-    return frame(message.encode())
+    return encode_frame(message.encode())
 
 
 @pytest.mark.parametrize("step", [1, 2, 3, 7, 1000, 1 << 20])

@@ -179,7 +179,8 @@ def test_a_device_that_goes_away_is_noticed():
 
 def test_errors_of_the_network_are_told_apart(monkeypatch):
     with pair_of_ends() as (channel, _, __):
-        for number, text in ((113, "no such host answers"), (101, "no way leads"), (90, "MTU"), (1, "not permitted")):
+        for number, text in ((113, "no such host answers"), (101, "no route to that network"), (90, "MTU"),
+                             (1, "not permitted")):
             class Broken:
                 def sendmsg(self, _, number=number):
                     raise OSError(number, "Operation not permitted")
@@ -260,20 +261,20 @@ def test_a_dropped_call_is_not_asked_again(patient):
         assert [request.payload for request in peer.requests[1:]] == [b"sent"]
 
 
-def test_a_run_has_many_replies_until_it_ends():
+def test_a_burst_has_many_replies_until_it_ends():
     def script(request):
         parts = [replace(request.reply(bytes([index])), offset=1024*index) for index in (2, 0, 1, 1)]
         return [*parts, replace(parts[0], frame_id=9), replace(parts[0], session=9), request.reply()][:6]
 
     with linked(script) as (link, _):
         taken    = []
-        sequence = link.run(MessageType.READ, b"len", 5, 0, taken.append)
+        sequence = link.request_burst(MessageType.READ, b"len", 5, 0, taken.append)
         link.idle(0.1)
         assert [part.offset for part in taken] == [2048, 0, 1024, 1024]
         assert link.counters.stale_replies == 2
-        link.end_run(sequence)
-        link.end_run(sequence)
-        link.run(MessageType.READ, b"len", 5, 0, taken.append)
+        link.end_burst(sequence)
+        link.end_burst(sequence)
+        link.request_burst(MessageType.READ, b"len", 5, 0, taken.append)
         link.forget()
         link.idle(0.1)
         assert len(taken) == 4

@@ -13,7 +13,7 @@ from hypothesis import given, seed, settings
 from hypothesis import strategies as st
 
 from litestereo.host_tools.core.errors import ProtocolError
-from litestereo.host_tools.link.serial_framing import MAX_ENCODED_BYTES, Demultiplexer, frame
+from litestereo.host_tools.link.serial_framing import MAX_ENCODED_BYTES, Demultiplexer, encode_frame
 from litestereo.host_tools.protocol import cobs
 from litestereo.host_tools.protocol.messages import CHUNK_BYTES, MAGIC, MAX_MESSAGE_BYTES, Message
 from support.firmware_build import build_tests
@@ -126,8 +126,8 @@ def test_fields_fit_or_are_refused(number, kind, length):
 
 
 #: What a line can carry: text, frames of messages, frames of noise.
-LINE = st.lists(BYTES | MESSAGE.map(lambda message: frame(message.encode())) | ALMOST.map(frame), max_size=6
-                ).map(b"".join)
+LINE = st.lists(BYTES | MESSAGE.map(lambda message: encode_frame(message.encode())) | ALMOST.map(encode_frame),
+                max_size=6).map(b"".join)
 
 
 @thorough
@@ -146,15 +146,15 @@ def test_a_line_is_the_same_in_any_pieces(line, cuts, last):
     assert 0 not in whole.console
     assert len(whole.console) + sum(len(cobs.encode(message.encode())) for message in expected) <= len(line)
     assert isinstance(whole.take_console(), str)
-    assert whole.feed(frame(last.encode())*2)[-1:] == [last]
+    assert whole.feed(encode_frame(last.encode())*2)[-1:] == [last]
 
 
 @thorough
 @given(st.lists(MESSAGE, max_size=4), st.lists(st.binary(max_size=20).map(lambda text: text.replace(b"\0", b"")),
                                                 min_size=5, max_size=5))
 def test_messages_and_text_are_told_apart(messages, texts):
-    line  = texts[0] + b"".join(frame(message.encode()) + text for message, text in zip(messages, texts[1:],
-                                                                                        strict=False))
+    line  = texts[0] + b"".join(encode_frame(message.encode()) + text
+                                for message, text in zip(messages, texts[1:], strict=False))
     demux = Demultiplexer()
     assert demux.feed(line) == messages
     assert bytes(demux.console) == b"".join(texts[:len(messages) + 1])

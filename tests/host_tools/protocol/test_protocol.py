@@ -14,7 +14,7 @@ import pytest
 
 from litestereo.host_tools.core.errors import LiteStereoError, ProtocolError, SessionLost
 from litestereo.host_tools.core.settings import Parameter
-from litestereo.host_tools.link.serial_framing import MAX_ENCODED_BYTES, Demultiplexer, frame
+from litestereo.host_tools.link.serial_framing import MAX_ENCODED_BYTES, Demultiplexer, encode_frame
 from litestereo.host_tools.protocol import messages as protocol
 from litestereo.host_tools.protocol import payloads
 from litestereo.host_tools.protocol.messages import ErrorCode, Message, MessageType
@@ -221,5 +221,5 @@ def test_a_refusal_of_unknown_code_still_says_something():
 
 def test_frame_is_delimited_on_both_sides():
     plain = Message(MessageType.BYE).encode()
-    assert frame(plain)[0] == frame(plain)[-1] == 0
-    assert 0 not in frame(plain)[1:-1]
+    assert encode_frame(plain)[0] == encode_frame(plain)[-1] == 0
+    assert 0 not in encode_frame(plain)[1:-1]
