@@ -3,11 +3,13 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""What every device can do."""
+"""What every device can do: `Device`, what it is, its results, and the lock between threads."""
 
 from __future__ import annotations
 
 import abc
+import contextlib
+import threading
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,18 +19,20 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.errors import ImageError, UnsupportedError
+from ..core.errors import DeviceError, ImageError, UnsupportedError
 from ..core.features import ALL_FEATURES, DESCRIPTIONS, Feature
 from ..core.settings import DEFAULT_BLOCK_SIZE, DEFAULT_DISPARITIES, MatcherSettings
 from ..link.settings import LinkCounters
-from .lock import Turns
 
-#: Receives the phase ("upload", "match" or "download"; of an update "upload" or "write"), the steps done and the steps
-#: in all.
+#: Called with the phase ("upload", "match" or "download"; of an update "upload" or "write"), the number of steps done,
+#: and the number of all steps.
 Progress = Callable[[str, int, int], None]
 
 #: Longest wait in seconds for a device that restarts.
 RESTART_LIMIT_S = 60.0
+
+#: Longest wait in seconds for another thread, whose stream may never end.
+LOCK_LIMIT_S = 60.0
 
 #: Left and right image: uint8, H x W.
 Pair = tuple[NDArray[np.uint8], NDArray[np.uint8]]
@@ -36,7 +40,11 @@ Pair = tuple[NDArray[np.uint8], NDArray[np.uint8]]
 
 @dataclass(frozen=True)
 class DeviceInfo:
-    """What a device is: sizes in pixels, versions as "major.minor", `sys_clk_hz` 0 if it has no clock."""
+    """What a device is.
+
+    Sizes are in pixels, versions "major.minor". `slots` is the number of frames that it holds at once, `features` has a
+    bit for each `Feature`, and `sys_clk_hz` is 0 if it has no clock.
+    """
 
     url:              str
     name:             str
@@ -53,18 +61,18 @@ class DeviceInfo:
     firmware_version: str = ""
 
     def default_settings(self) -> MatcherSettings:
-        """64 disparities, block size 9, cv2.StereoBM's defaults, or what the device has if that is less."""
+        """Return cv2.StereoBM's defaults with 64 disparities and block size 9, or less if the device has less."""
         settings = MatcherSettings(min(DEFAULT_DISPARITIES, self.max_disparities),
                                    min(DEFAULT_BLOCK_SIZE, self.max_block_size))
         return settings.without(self.missing_features)
 
     @property
     def missing_features(self) -> Feature:
-        """Stages that the device was not built with."""
+        """Return the stages that the device was built without."""
         return ALL_FEATURES & ~Feature(self.features & ALL_FEATURES)
 
     def check(self, width: int, height: int, settings: MatcherSettings) -> None:
-        """Checks that the device can match images of `width` x `height` pixels with `settings`.
+        """Check that the device can match images of `width` x `height` pixels with `settings`.
 
         Raises
         ------
@@ -89,7 +97,7 @@ class DeviceInfo:
 
 
 def check_minimum_size(width: int, height: int, settings: MatcherSettings) -> None:
-    """Raises ImageError if images of `width` x `height` pixels have no pixel that can get a disparity."""
+    """Raise ImageError if images of `width` x `height` pixels have no pixel that can get a disparity."""
     min_width, min_height = settings.minimum_size
     if width < min_width or height < min_height:
         shifted = f" from {settings.min_disparity} on" if settings.min_disparity else ""
@@ -99,7 +107,7 @@ def check_minimum_size(width: int, height: int, settings: MatcherSettings) -> No
 
 
 def check_pair(left: NDArray[np.uint8], right: NDArray[np.uint8]) -> None:
-    """Raises ImageError if the images are not two 8-bit grey ones, H x W, of one size."""
+    """Raise ImageError if the images are not both 8-bit grey (uint8, H x W) and of one size."""
     for side, image in (("left", left), ("right", right)):
         if image.ndim != 2 or image.dtype != np.uint8:
             raise ImageError(f"the {side} image must be 8-bit grey (uint8, H x W), not {image.dtype} "
@@ -113,10 +121,17 @@ def check_pair(left: NDArray[np.uint8], right: NDArray[np.uint8]) -> None:
 class Result:
     """A matched pair.
 
-    `disparity` is int16, H x W, in sixteenths of a pixel, `settings.invalid` where there is none. `clocks`
-    counts from the start to the last write, `first_row_clocks` to the end of the first row that has
-    disparities; both are None where nothing counts clocks. The seconds are wall-clock time of this host. Those of a
-    streamed frame overlap, and its clocks go on while pixels are waited for.
+    Parameters
+    ----------
+    disparity
+        int16, H x W, in sixteenths of a pixel; `settings.invalid` where there is none.
+    settings
+        What the pair was matched with.
+    clocks, first_row_clocks
+        Clocks from the start to the last write, and to the end of the first row that has disparities; None if the
+        device counts no clocks. For a streamed frame they include the clocks in which the matcher waits for pixels.
+    upload_s, match_s, download_s
+        Wall-clock time on this host, in seconds. The phases of a streamed frame overlap.
     """
 
     disparity:        NDArray[np.int16]
@@ -128,99 +143,140 @@ class Result:
     download_s:       float
 
 
-class Device(abc.ABC):
-    """A matcher. Use it as a context manager, or `close` it.
+class DeviceLock:
+    """Lets one thread at a time use a device.
 
-    Several threads may use it: each call, and each stream from its first pair to its end, has the device to itself, and
-    the other threads wait for it, a bounded time. One thread may have several streams at once. Whoever closes the
-    device sees to it that nobody uses it any more.
+    The thread that holds it may take it again, so it may interleave several streams.
     """
 
     def __init__(self) -> None:
-        self._turns = Turns()
+        self._lock  = threading.Lock()
+        self._owner = 0
+        self._depth = 0
+
+    @contextlib.contextmanager
+    def held(self) -> Iterator[None]:
+        """Hold the lock; wait for another thread, and raise DeviceError if that takes too long."""
+        if self._owner != threading.get_ident():
+            if not self._lock.acquire(timeout=LOCK_LIMIT_S):
+                raise DeviceError(f"another thread has used the device for {LOCK_LIMIT_S:g} s: end its stream first, "
+                                  "or give each thread a device")
+            self._owner = threading.get_ident()
+        self._depth += 1
+        try:
+            yield
+        finally:
+            # Perhaps in another thread: an abandoned stream ends in the thread that collects it.
+            self._depth -= 1
+            if not self._depth:
+                self._owner = 0
+                self._lock.release()
+
+
+class Device(abc.ABC):
+    """A matcher. Use it as a context manager, or `close` it.
+
+    Several threads may use it. Each call, and each stream from its first pair to its end, locks the device; other
+    threads wait for it, a bounded time. One thread may interleave several streams. The caller makes sure that no thread
+    uses the device while it is closed.
+    """
+
+    def __init__(self) -> None:
+        self._lock = DeviceLock()
 
     @abc.abstractmethod
     def info(self) -> DeviceInfo:
-        """What the device is."""
+        """Return what the device is."""
 
+    @abc.abstractmethod
     def stream(self, pairs: Iterable[Pair], settings: MatcherSettings | None = None,
                progress: Progress | None = None) -> Iterator[Result]:
-        """Matches pair after pair; remote devices get the next pair while they match the one before.
+        """Match pair after pair, and yield the results in that order.
+
+        Parameters
+        ----------
+        pairs
+            Left and right images, each uint8, H x W. A remote device gets the next pair while it matches one.
+        settings
+            What to match with; the device's default settings if None.
+        progress
+            Called with the steps of each pair.
 
         Raises
         ------
         UnsupportedError, ImageError
             The settings or a pair do not suit the device.
         DeviceError
-            The device is gone, does not answer, or could not match, or another thread does not let go of it.
+            The device is gone, does not answer, or could not match, or another thread does not release it.
         """
-        with self._turns.turn():
-            yield from self._stream(pairs, settings, progress)
-
-    @abc.abstractmethod
-    def _stream(self, pairs: Iterable[Pair], settings: MatcherSettings | None,
-                progress: Progress | None) -> Iterator[Result]:
-        """As `stream`, for the one thread whose turn it is."""
 
     def compute(self, left: NDArray[np.uint8], right: NDArray[np.uint8],
                 settings: MatcherSettings | None = None, progress: Progress | None = None) -> Result:
-        """Matches one pair of images, uint8, H x W; without `settings` with the device's default.
-
-        Raises as `stream`.
-        """
+        """Match one pair of images, uint8, H x W; see `stream` for the parameters and for what it raises."""
         (result,) = self.stream([(left, right)], settings, progress)
         return result
 
     @property
     def link_counters(self) -> LinkCounters | None:
-        """What happened on this host's side of the link to the device; None if there is no link."""
+        """Return the counters of this host's side of the link to the device; None if there is no link."""
         return None
 
     @abc.abstractmethod
     def statistics(self) -> dict[str, int]:
-        """The device's counters by name."""
+        """Return the device's counters by name."""
 
     @abc.abstractmethod
     def console(self, line: str, timeout_s: float = 10.0) -> str:
-        """Types a line at the device's console.
+        """Type a line at the device's console, and return what it prints.
 
-        Returns the text printed up to the next prompt, or until nothing comes for `timeout_s`. Raises
-        DeviceError if the device has no console, LinkTimeout if it prints nothing at all.
+        Parameters
+        ----------
+        line
+            The command.
+        timeout_s
+            Seconds without further text after which the output counts as complete if no prompt has come.
+
+        Raises
+        ------
+        LinkTimeout
+            The device prints nothing at all.
+        DeviceError
+            The device has no console, or is gone.
         """
 
     def update_firmware(self, firmware: Path | bytes, *, restart: bool = True, progress: Progress | None = None,
                         restart_limit_s: float = RESTART_LIMIT_S) -> DeviceInfo:
-        """Writes another firmware to the device's flash, and has the device start it.
+        """Write another firmware to the device's flash, and have the device start it.
 
         Parameters
         ----------
         firmware
             The image, `firmware.bin` of a build, or its bytes.
         restart
-            Whether the device is restarted; else it starts the new firmware when somebody does that.
+            Whether to restart the device; otherwise it starts the new firmware at its next restart.
         progress
-            Told of the phases "upload" and "write".
+            Called with the steps of "upload" and "write".
         restart_limit_s
             Longest wait in seconds for the device to come back.
 
         Returns
         -------
-        What the device is after that.
+        What the device is after the update.
 
         Raises
         ------
         FirmwareError
             The image is damaged, or not for this device.
         UnsupportedError
-            The device has no flash that could be written to.
+            The device has no flash for firmware.
         DeviceError
-            The device is gone, does not answer, did not take the firmware, or did not come back with it. A good
-            firmware is in its flash in any case.
+            The device is gone, does not answer, did not accept the firmware, or did not come back with it. Its flash
+            holds a good firmware in any case.
         """
         raise UnsupportedError(f"{self.info().name} has no firmware that could be replaced")
 
     def close(self) -> None:  # noqa: B027 - devices that hold nothing need none
-        """Lets go of the device; closing twice does no harm."""
+        """Release the device; closing twice does no harm."""
 
     def __enter__(self) -> Self:
         return self

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Devices by their URL: `connect` is the way in."""
+"""`connect`: from a URL to a device."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from ..link.transports import open_transport
 from ..link.udp_channel import UdpChannel
 from ..link.urls import DeviceUrl, parse_url
 from .base import Device, DeviceInfo, Result
-from .local import one_line, open_cosim, open_model
+from .local import exception_line, open_cosim, open_model
 from .registry import load
 from .serial.serial_device import SerialDevice
 from .udp.udp_device import UdpDevice
@@ -36,18 +36,18 @@ class _Simulation(Protocol):
 
 
 def connect(url: str, link_settings: LinkSettings | None = None) -> Device:
-    """The device at `url`, with a session begun if it is a remote one. Use it as a context manager.
+    """Return the device at `url`; a session with a remote one has begun. Use it as a context manager.
 
-    `udp://host` is a device on a network, and `udp://host?mode=streamed` has it match pixels as they come;
-    `tcp://host:port` and `serial:/dev/ttyUSB0?baud=1000000` are devices behind a line; `sim:` is the full system in
-    simulation, started for the purpose; `cosim:` the gateware alone in Verilator; `model:` the reference in NumPy.
+    `udp://host` is a device on a network; with `udp://host?mode=streamed` it matches pixels as they come.
+    `tcp://host:port` and `serial:/dev/ttyUSB0?baud=1000000` are devices on a serial line. `sim:` starts the full system
+    in simulation, `cosim:` is the gateware alone in Verilator, and `model:` the reference in NumPy.
 
     Parameters
     ----------
     url
         Where the device is.
     link_settings
-        Limits of the link to a remote device.
+        Limits of the link to a remote device; the default ones if None.
 
     Raises
     ------
@@ -56,9 +56,9 @@ def connect(url: str, link_settings: LinkSettings | None = None) -> Device:
     DeviceError
         There is no device, it is in use, or it does not answer.
     UnsupportedError
-        It was not built for streamed frames, and they are asked for.
+        Frames are to be streamed, and the device was not built for that.
     ProtocolError
-        It speaks another version of the link protocol.
+        The device speaks another version of the link protocol.
     """
     parsed = parse_url(url)
     if parsed.scheme == "model":
@@ -78,12 +78,12 @@ def _is_streamed(url: DeviceUrl) -> bool:
 
 
 def _open_simulation(url: DeviceUrl, link_settings: LinkSettings) -> Device:
-    """Starts the simulated system, with the URL's options, and connects to it by the link that they name."""
+    """Start the simulated system with the URL's options, and connect to it by the link that they name."""
     options    = {name: int(text) if text.isdecimal() else text for name, text in url.options.items()}
     link       = url.choice("link", "udp", "serial")
     streamed   = _is_streamed(url)
     if streamed and link != "udp":
-        raise UrlError(f"{url.text}: only with link=udp can frames be streamed")
+        raise UrlError(f"{url.text}: frames can be streamed only with link=udp")
     for name in ("link", "mode"):
         options.pop(name, None)
     settings   = replace(link_settings, hello_limit_s=max(_SIMULATION_HELLO_LIMIT_S, link_settings.hello_limit_s))
@@ -103,7 +103,7 @@ def _start(url: DeviceUrl, options: dict[str, int | str]) -> _Simulation:
     try:
         system = load("sim")
     except ImportError as error:
-        raise DeviceError(f"{url.text} cannot be started: {one_line(error)}") from error
+        raise DeviceError(f"{url.text} cannot be started: {exception_line(error)}") from error
     try:
         inspect.signature(system.start_simulation).bind(**options)
     except TypeError:
@@ -112,5 +112,5 @@ def _start(url: DeviceUrl, options: dict[str, int | str]) -> _Simulation:
     try:
         simulation: _Simulation = system.start_simulation(**options)
     except (OSError, RuntimeError, ValueError, system.SimulationError) as error:
-        raise DeviceError(f"{url.text} cannot be started: {one_line(error)}") from error
+        raise DeviceError(f"{url.text} cannot be started: {exception_line(error)}") from error
     return simulation

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Images of the firmware, as a device's flash holds them: length, CRC-32, program, whose end says what it is for."""
+"""Firmware images as a device's flash holds them: length, CRC-32, and the program, whose end names its device."""
 
 from __future__ import annotations
 
@@ -23,34 +23,54 @@ _MAGIC  = b"LSFW"
 
 @dataclass(frozen=True)
 class FirmwareImage:
-    """A firmware: its program, its version as "major.minor", and the name of the device that it is for."""
+    """A firmware image.
 
-    what:    str # what to call it in messages
+    Parameters
+    ----------
+    what
+        Name of the image in messages.
+    program
+        The program, without the header.
+    version
+        "major.minor".
+    name
+        Name of the device that the firmware is for.
+    """
+
+    what:    str
     program: bytes
     version: str
     name:    str
 
     @property
     def crc(self) -> int:
-        """CRC-32 of the program."""
+        """Return the CRC-32 of the program."""
         return zlib.crc32(self.program)
 
     def check(self, info: DeviceInfo) -> None:
-        """Checks that a device can take it; raises UnsupportedError or FirmwareError if not."""
+        """Check that the firmware is for a device.
+
+        Raises
+        ------
+        UnsupportedError
+            The device has no flash for firmware.
+        FirmwareError
+            The firmware is for another device.
+        """
         if not info.features & Feature.UPDATE:
-            raise UnsupportedError(f"{info.name} has no flash that its firmware could be written to")
+            raise UnsupportedError(f"{info.name} has no flash for firmware")
         if self.name != info.name:
             raise FirmwareError(f"{self.what}: is firmware for {self.name}, the device is {info.name}")
 
     def check_room(self, room: int) -> None:
-        """Raises FirmwareError if the program is longer than the `room` bytes of a device."""
+        """Raise FirmwareError if the program is longer than `room`, the bytes that a device has for it."""
         if len(self.program) > room:
-            raise FirmwareError(f"{self.what}: has {len(self.program)} bytes of program, the device's flash has room "
+            raise FirmwareError(f"{self.what}: the program has {len(self.program)} bytes, the device's flash has room "
                                 f"for {room}")
 
 
 def read_firmware(firmware: Path | bytes) -> FirmwareImage:
-    """Reads and checks an image, from a file or from its bytes; raises FirmwareError if it is none."""
+    """Return the image in a file, or in bytes; raise FirmwareError if it is none, or is damaged."""
     if isinstance(firmware, bytes):
         return _parse(firmware, "the firmware")
     try:
@@ -66,7 +86,7 @@ def _parse(data: bytes, what: str) -> FirmwareImage:
                             "`make bitstream`")
     length, crc = _HEADER.unpack_from(data)
     if length != len(program):
-        raise FirmwareError(f"{what}: is no firmware image, or not all of one: its header tells of {length} bytes, "
+        raise FirmwareError(f"{what}: is no firmware image, or not all of one: its header announces {length} bytes, "
                             f"{len(program)} follow")
     if crc != zlib.crc32(program):
         raise FirmwareError(f"{what}: is damaged: its CRC-32 is {zlib.crc32(program):08x} instead of {crc:08x}")

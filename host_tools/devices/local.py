@@ -22,7 +22,7 @@ from ..link.urls import DeviceUrl
 from .base import Device, DeviceInfo, Pair, Progress, Result, check_pair
 from .registry import load
 
-#: Sizes of the model unless the URL says otherwise: it has no limits of its own, but memory has.
+#: Sizes of the model unless the URL says otherwise: only memory limits them.
 _MODEL_MAX_SIZE        = 8192
 _MODEL_MAX_DISPARITIES = 256
 _MODEL_MAX_BLOCK_SIZE  = 51
@@ -32,17 +32,18 @@ _COSIM_MAX_WIDTH      = 1024
 _COSIM_MAX_HEIGHT     = 4095
 _COSIM_MAX_BLOCK_SIZE = 21
 
-Matched = tuple[NDArray[np.int16], int | None, int | None]
+#: Disparity map (int16, H x W, sixteenths of a pixel), clocks, and clocks up to the first row; None if not counted.
+MatchedPair = tuple[NDArray[np.int16], int | None, int | None]
 
 
-class Matcher(Protocol):
+class LocalMatcher(Protocol):
     """A matcher in this process."""
 
-    def match(self, left: NDArray[np.uint8], right: NDArray[np.uint8], settings: MatcherSettings) -> Matched:
-        """Disparity map (int16, H x W, sixteenths of a pixel), clocks, and clocks of the first row."""
+    def match(self, left: NDArray[np.uint8], right: NDArray[np.uint8], settings: MatcherSettings) -> MatchedPair:
+        """Match a pair (uint8, H x W)."""
 
     def close(self) -> None:
-        """Frees what the matcher holds."""
+        """Free what the matcher holds."""
 
 
 class ModelMatcher:
@@ -51,16 +52,16 @@ class ModelMatcher:
     def __init__(self) -> None:
         self._model = load("model")
 
-    def match(self, left: NDArray[np.uint8], right: NDArray[np.uint8], settings: MatcherSettings) -> Matched:
-        """Disparity map of a pair, and no clocks."""
+    def match(self, left: NDArray[np.uint8], right: NDArray[np.uint8], settings: MatcherSettings) -> MatchedPair:
+        """Match a pair (uint8, H x W), without clocks."""
         return self._model.stereo_bm(left, right, self._model.StereoSettings(**asdict(settings))), None, None
 
     def close(self) -> None:
-        """Nothing is held."""
+        """Do nothing: the model holds nothing."""
 
 
 class GatewareMatcher:
-    """The gateware's Verilog in Verilator; raises as `sim.cores.cosim.CosimMatcher` does."""
+    """The gateware's Verilog in Verilator; raises what `sim.cores.cosim.CosimMatcher` raises."""
 
     def __init__(self, max_width: int, disparities: int, max_block_size: int) -> None:
         self._model   = load("model")
@@ -69,69 +70,74 @@ class GatewareMatcher:
                                            max_block_size=max_block_size)
         self.features = int(self._matcher.features)
 
-    def match(self, left: NDArray[np.uint8], right: NDArray[np.uint8], settings: MatcherSettings) -> Matched:
-        """Disparity map of a pair, and exact clocks."""
-        matched: Matched = self._matcher.match_settings(left, right, self._model.StereoSettings(**asdict(settings)))
+    def match(self, left: NDArray[np.uint8], right: NDArray[np.uint8], settings: MatcherSettings) -> MatchedPair:
+        """Match a pair (uint8, H x W), with exact clocks."""
+        matched: MatchedPair = self._matcher.match_settings(left, right, self._model.StereoSettings(**asdict(settings)))
         return matched
 
     def close(self) -> None:
-        """Frees the model of the gateware."""
+        """Free the simulation."""
         self._matcher.close()
 
 
 class LocalDevice(Device):
     """A device around a matcher in this process."""
 
-    def __init__(self, info: DeviceInfo, matcher: Matcher) -> None:
+    def __init__(self, info: DeviceInfo, matcher: LocalMatcher) -> None:
         super().__init__()
         self._info    = info
         self._matcher = matcher
         self._matched = 0
 
     def info(self) -> DeviceInfo:
-        """What the matcher was built for."""
+        """Return what the matcher was built for."""
         return self._info
 
-    def _stream(self, pairs: Iterable[Pair], settings: MatcherSettings | None,
-                progress: Progress | None) -> Iterator[Result]:
-        """Matches pair after pair; raises as `Device.stream` does."""
+    def stream(self, pairs: Iterable[Pair], settings: MatcherSettings | None = None,
+               progress: Progress | None = None) -> Iterator[Result]:
+        """Match pair after pair; see `Device.stream`."""
         settings = settings or self._info.default_settings()
-        for left, right in pairs:
-            check_pair(left, right)
-            self._info.check(left.shape[1], left.shape[0], settings)
-            if progress is not None:
-                progress("match", 0, 1)
-            begin = time.monotonic()
-            try:
-                disparity, clocks, first_row_clocks = self._matcher.match(left, right, settings)
-            except (OSError, RuntimeError) as error:
-                raise DeviceError(f"{self._info.url} failed: {one_line(error)}") from error
-            seconds = time.monotonic() - begin
-            self._matched += 1
-            if progress is not None:
-                progress("match", 1, 1)
-            yield Result(disparity, settings, clocks, first_row_clocks, 0.0, seconds, 0.0)
+        with self._lock.held():
+            for left, right in pairs:
+                yield self._match(left, right, settings, progress)
+
+    def _match(self, left: NDArray[np.uint8], right: NDArray[np.uint8], settings: MatcherSettings,
+               progress: Progress | None) -> Result:
+        check_pair(left, right)
+        self._info.check(left.shape[1], left.shape[0], settings)
+        if progress is not None:
+            progress("match", 0, 1)
+        begin = time.monotonic()
+        try:
+            disparity, clocks, first_row_clocks = self._matcher.match(left, right, settings)
+        except (OSError, RuntimeError) as error:
+            raise DeviceError(f"{self._info.url} failed: {exception_line(error)}") from error
+        seconds = time.monotonic() - begin
+        self._matched += 1
+        if progress is not None:
+            progress("match", 1, 1)
+        return Result(disparity, settings, clocks, first_row_clocks, 0.0, seconds, 0.0)
 
     def statistics(self) -> dict[str, int]:
-        """Number of frames matched by this object."""
+        """Return the number of frames that this object has matched."""
         return {"frames_matched": self._matched}
 
     def console(self, line: str, timeout_s: float = 10.0) -> str:
-        """Raises DeviceError: there is no firmware behind."""
+        """Raise DeviceError: there is no firmware."""
         raise DeviceError(f"{self._info.url} has no console: it is a matcher without firmware")
 
     def close(self) -> None:
-        """Frees the matcher."""
+        """Free the matcher."""
         self._matcher.close()
 
 
-def one_line(error: BaseException) -> str:
-    """The text of an exception as one line."""
+def exception_line(error: BaseException) -> str:
+    """Return the text of an exception as one line."""
     return " ".join(str(error).split()) or type(error).__name__
 
 
 def _disparities(url: DeviceUrl, default: int) -> int:
-    """The URL's number of disparities; raises UrlError if it is no multiple of 16."""
+    """Return the URL's number of disparities; raise UrlError if it is not a multiple of 16."""
     number = url.integer("disparities", default, DISPARITY_STEP)
     if number % DISPARITY_STEP:
         raise UrlError(f"{url.text}: disparities must be a multiple of {DISPARITY_STEP}, not {number}")
@@ -139,7 +145,7 @@ def _disparities(url: DeviceUrl, default: int) -> int:
 
 
 def _block_size(url: DeviceUrl, default: int) -> int:
-    """The URL's largest block size; raises UrlError if it is not odd."""
+    """Return the URL's largest block size; raise UrlError if it is not odd."""
     number = url.integer("max_block_size", default, MIN_BLOCK_SIZE)
     if number % 2 == 0:
         raise UrlError(f"{url.text}: max_block_size must be odd, not {number}")
@@ -147,7 +153,7 @@ def _block_size(url: DeviceUrl, default: int) -> int:
 
 
 def open_model(url: DeviceUrl) -> LocalDevice:
-    """The device `model:`; raises UrlError if an option is wrong."""
+    """Return the device `model:`; raise UrlError if an option is wrong."""
     url.check_options("disparities", "max_width", "max_block_size")
     width = url.integer("max_width", _MODEL_MAX_SIZE)
     info  = DeviceInfo(
@@ -164,7 +170,7 @@ def open_model(url: DeviceUrl) -> LocalDevice:
 
 
 def open_cosim(url: DeviceUrl) -> LocalDevice:
-    """The device `cosim:`; raises UrlError if an option is wrong, DeviceError if it cannot be built."""
+    """Return the device `cosim:`; raise UrlError if an option is wrong, DeviceError if it cannot be built."""
     url.check_options("disparities", "max_width", "max_block_size")
     width       = url.integer("max_width", _COSIM_MAX_WIDTH)
     disparities = _disparities(url, DEFAULT_DISPARITIES)
@@ -172,7 +178,7 @@ def open_cosim(url: DeviceUrl) -> LocalDevice:
     try:
         matcher = GatewareMatcher(width, disparities, block_size)
     except (ImportError, OSError, RuntimeError, ValueError, subprocess.SubprocessError) as error:
-        raise DeviceError(f"{url.text} cannot be built: {one_line(error)}") from error
+        raise DeviceError(f"{url.text} cannot be built: {exception_line(error)}") from error
     info = DeviceInfo(
         url             = url.text,
         name            = "gateware simulation",

@@ -3,25 +3,19 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Frames under way over a network, all in one loop: while one is matched, others are sent and fetched."""
+"""The frames of a stream, all stepped in one loop: while one is matched, others are sent and fetched."""
 
 from __future__ import annotations
 
 import time
 from collections import deque
 
-from .base import Progress, Result
-from .job import Journey
-from .udp.frame import Frame
-from .udp.route import Route
-from .udp.stored import StoredJourney
-from .udp.streamed import StreamedJourney
+from ..core.settings import MatcherSettings
+from .base import Pair, Progress, Result
+from .job import FrameJob, LinkContext
 
-#: One frame is sent, one matched and one fetched, and while they change places one is between two of these.
-_MOST_FRAMES = 4
-
-#: Longest wait for the network in seconds between two looks at what is to be done.
-_LOOK_S = 0.05
+#: Longest wait for the link in seconds before all frames are stepped again.
+_POLL_S = 0.05
 
 
 class Pipeline:
@@ -29,80 +23,89 @@ class Pipeline:
 
     Parameters
     ----------
+    context
+        The link, and what its frames share.
+    kind
+        How frames are matched: stored first, or as their pixels come.
+    streams
+        The pipelines of all streams of the device; the caller adds this one, and removes it at its end.
     slots
-        Frames that can be open in the device at once.
-    former
-        Numbers of the last frames that were released, to which those of this stream are added.
-    streamed
-        Whether frames are matched as their pixels come.
+        Number of frames that can be open in the device at once.
+    progress
+        Called with the steps of each frame.
     """
 
-    def __init__(self, route: Route, slots: int, former: deque[int], progress: Progress | None,
-                 streamed: bool) -> None:
-        self._route     = route
-        self._link      = route.link
-        self._depth     = max(1, min(slots, _MOST_FRAMES))
-        self._former    = former
-        self._progress  = progress
-        self._kind      = StreamedJourney if streamed else StoredJourney
-        self._journeys: deque[Journey] = deque()
-        self._leaving:  list[Journey] = []
+    def __init__(self, context: LinkContext, kind: type[FrameJob], streams: list[Pipeline], slots: int,
+                 progress: Progress | None) -> None:
+        self._context  = context
+        self._link     = context.link
+        self._kind     = kind
+        self._streams  = streams
+        self._depth    = max(1, min(slots, context.most_frames))
+        self._progress = progress
+        self._jobs:    deque[FrameJob] = deque()
+        self._leaving: list[FrameJob]  = []
 
     @property
     def empty(self) -> bool:
-        """Whether no frame is under way."""
-        return not self._journeys
+        """Return whether no frame is in flight."""
+        return not self._jobs
 
     @property
     def has_room(self) -> bool:
-        """Whether the next frame may be sent."""
+        """Return whether the next frame may be sent."""
         # A frame that is leaving may still have its slot.
-        return (len(self._journeys) + len(self._leaving) < self._depth
-                and all(journey.sent for journey in self._journeys))
+        return len(self._jobs) + len(self._leaving) < self._depth and all(job.sent for job in self._jobs)
 
     @property
-    def open_frames(self) -> list[Frame]:
-        """Frames that the device may hold."""
-        return [journey.frame for journey in (*self._journeys, *self._leaving)]
+    def open_frames(self) -> list[int]:
+        """Return the numbers of the frames that may be open in the device."""
+        return [job.frame_id for job in (*self._jobs, *self._leaving)]
 
-    def add(self, frame: Frame) -> None:
-        """Sets a frame on its way."""
-        self._journeys.append(self._kind(self._route, frame, self._former, self._progress))
-
-    def tend(self) -> None:
-        """Goes on with what does not bear a wait while others are stepped: a matcher waits for pixels, and gives up."""
-        self._step_all(None)
-
-    def _step_all(self, first: Journey | None) -> None:
-        for journey in (*self._journeys, *self._leaving):
-            due = not any(other.feeding for other in self._journeys if other is not journey)
-            journey.step(journey is first, due)
+    def add(self, frame_id: int, pair: Pair, settings: MatcherSettings) -> None:
+        """Start to send a frame."""
+        job = self._kind(self._context, frame_id, pair, settings, self._progress)
+        job.start()
+        self._jobs.append(job)
 
     def step(self) -> Result | None:
-        """Does what is to be done, and waits for the network; returns the result of the first frame if it is here."""
-        first = self._journeys[0]
-        self._step_all(first)
+        """Step all frames, and wait for the link; return the result of the first frame if it is here."""
+        self._step_others()
+        first = self._jobs[0]
+        for job in (*self._jobs, *self._leaving):
+            job.step(job is first, self._is_due(job))
         if first.arrived:
-            self._leaving.append(self._journeys.popleft())
-            first.step(True, True)
+            self._leaving.append(self._jobs.popleft())
+            first.release()
             self._link.flush()
             return first.result()
-        wake_at = min(journey.wake_at for journey in self._journeys)
-        self._link.pump(max(0.0, min(_LOOK_S, wake_at - time.monotonic())))
-        self._leave()
+        wake_at = min(job.wake_at for job in self._jobs)
+        self._link.pump(max(0.0, min(_POLL_S, wake_at - time.monotonic())))
+        self._forget_released()
         return None
 
-    def drain(self) -> None:
-        """Waits until the device has let go of all frames that are through."""
-        while self._leaving:
-            self._link.pump(_LOOK_S)
-            self._leave()
+    def _step_others(self) -> None:
+        """Step the frames of the other streams too: a device that gets no pixels times out."""
+        for other in self._streams:
+            if other is not self:
+                for job in (*other._jobs, *other._leaving):
+                    job.step(False, other._is_due(job))
 
-    def _leave(self) -> None:
-        self._former.extend(journey.frame.frame_id for journey in self._leaving if journey.released)
-        self._leaving = [journey for journey in self._leaving if not journey.released]
+    def _is_due(self, job: FrameJob) -> bool:
+        """Return whether the matcher waits for pixels of no other frame."""
+        return not any(other.feeding for other in self._jobs if other is not job)
+
+    def drain(self) -> None:
+        """Wait until the device has released all frames that have been matched."""
+        while self._leaving:
+            self._link.pump(_POLL_S)
+            self._forget_released()
+
+    def _forget_released(self) -> None:
+        self._context.former.extend(job.frame_id for job in self._leaving if job.released)
+        self._leaving = [job for job in self._leaving if not job.released]
 
     def forget(self) -> None:
-        """Asks for nothing any more."""
-        for journey in (*self._journeys, *self._leaving):
-            journey.forget()
+        """Request nothing any more, and ignore replies."""
+        for job in (*self._jobs, *self._leaving):
+            job.forget()

@@ -3,14 +3,14 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""What `model:`, `cosim:` and `sim:` run: modules that the host tools know by name alone, and load when asked for."""
+"""The modules that `model:`, `cosim:` and `sim:` run: the host tools know them by name only, and load them late."""
 
 from __future__ import annotations
 
 import importlib
 from typing import Any
 
-#: Module of each, by its scheme.
+#: Name of the module of each scheme.
 MODULES = {
     "model": "litestereo.sim.models.stereo_bm",
     "cosim": "litestereo.sim.cores.cosim",
@@ -19,5 +19,5 @@ MODULES = {
 
 
 def load(scheme: str) -> Any:
-    """Return the module of a scheme; raises ImportError if something that it needs is not installed."""
+    """Return the module of a scheme; raise ImportError if something that it needs is not installed."""
     return importlib.import_module(MODULES[scheme])

@@ -3,26 +3,29 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Devices on the other side of a link: what those on a serial line and those on a network share."""
+"""Devices at the other end of a link: what those on a serial line and those on a network share."""
 
 from __future__ import annotations
 
 import contextlib
+import itertools
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
 from ..core.errors import DeviceError, DeviceRefused, LiteStereoError, ProtocolError
+from ..core.settings import MatcherSettings
 from ..link.channel import Channel
 from ..link.link import Link
 from ..link.settings import LinkCounters, LinkSettings
 from ..protocol import payloads
 from ..protocol.messages import MessageType
-from .base import RESTART_LIMIT_S, Device, DeviceInfo, Progress
+from .base import RESTART_LIMIT_S, Device, DeviceInfo, Pair, Progress, Result, check_pair
 from .firmware_image import read_firmware
-from .udp.frame import Frame
+from .job import FrameJob, LinkContext, StoredFrameJob
+from .pipeline import Pipeline
 from .updating import restart_device, write_firmware
 
-#: A goodbye is a courtesy: the time in seconds that it may take.
+#: Longest wait for the reply to BYE, in seconds.
 _BYE_LIMIT_S = 1.0
 
 
@@ -32,15 +35,15 @@ def _version(number: int) -> str:
 
 def _describe(url: str, capabilities: payloads.Capabilities) -> DeviceInfo:
     return DeviceInfo(
-        url          = url,
-        name         = capabilities.name or "device",
+        url              = url,
+        name             = capabilities.name or "device",
         max_width        = capabilities.max_width,
         max_height       = capabilities.max_height,
         max_pixels       = capabilities.max_pixels,
         max_disparities  = capabilities.max_disparities,
         min_block_size   = capabilities.min_block_size,
         max_block_size   = capabilities.max_block_size,
-        slots        = capabilities.slots,
+        slots            = capabilities.slots,
         sys_clk_hz       = capabilities.sys_clk_hz,
         features         = capabilities.features,
         gateware_version = _version(capabilities.gateware_version),
@@ -49,14 +52,16 @@ def _describe(url: str, capabilities: payloads.Capabilities) -> DeviceInfo:
 
 
 class RemoteDevice(Device):
-    """A device behind a channel, with which it begins a session.
+    """A device at the other end of a channel, with which it begins a session.
+
+    A derived class sets `_context`.
 
     Parameters
     ----------
     url
-        What to call the device in messages.
+        Name of the device in messages.
     channel
-        The way to it, closed together with the device.
+        The path to it, closed together with the device.
     settings
         Limits of the link.
     on_close
@@ -67,16 +72,22 @@ class RemoteDevice(Device):
     DeviceError
         The device does not answer, or not as it should, or another host uses it.
     ProtocolError
-        It speaks another version of the protocol.
+        The device speaks another version of the protocol.
     """
+
+    _context: LinkContext
 
     def __init__(self, url: str, channel: Channel, settings: LinkSettings | None = None,
                  on_close: Callable[[], None] | None = None) -> None:
         super().__init__()
-        self._closing  = channel.close
-        self._on_close = on_close
-        self._link     = Link(channel, settings)
-        self._usable   = True
+        self._closing    = channel.close
+        self._on_close   = on_close
+        self._link       = Link(channel, settings)
+        self._usable     = True
+        self._job_kind:    type[FrameJob] = StoredFrameJob
+        self._frame_ids  = itertools.count(1)
+        self._pipelines:   list[Pipeline] = []
+        self._configured:  MatcherSettings | None = None
         try:
             capabilities = self._link.hello()
         except BaseException:
@@ -87,39 +98,101 @@ class RemoteDevice(Device):
 
     @property
     def link_counters(self) -> LinkCounters:
-        """What happened on this host's side of the link."""
+        """Return the counters of this host's side of the link."""
         return self._link.counters
 
     def info(self) -> DeviceInfo:
-        """What the device told about itself when the session began."""
+        """Return what the device told about itself when the session began."""
         return self._info
 
+    def stream(self, pairs: Iterable[Pair], settings: MatcherSettings | None = None,
+               progress: Progress | None = None) -> Iterator[Result]:
+        """Match pair after pair, and send the next ones while one is matched; see `Device.stream`.
+
+        If the iterator is dropped before its end, the frames in flight are released.
+        """
+        settings = settings or self._info.default_settings()
+        with self._guarded() as cleanup:
+            pipeline = Pipeline(self._context, self._job_kind, self._pipelines, self._info.slots, progress)
+            self._pipelines.append(pipeline)
+            cleanup.callback(self._end, pipeline)
+            source    = iter(pairs)
+            exhausted = False
+            while not (exhausted and pipeline.empty):
+                # Take a pair only when it can be sent: a camera may take it just then.
+                while not exhausted and pipeline.has_room:
+                    pair = next(source, None)
+                    if pair is None:
+                        exhausted = True
+                        break
+                    left, right = pair
+                    check_pair(left, right)
+                    self._info.check(left.shape[1], left.shape[0], settings)
+                    self._configure(settings)
+                    pipeline.add(next(self._frame_ids), (left, right), settings)
+                if pipeline.empty:
+                    # All slots may be those of frames that are leaving.
+                    pipeline.drain()
+                elif (result := pipeline.step()) is not None:
+                    self._count(result)
+                    yield result
+            pipeline.drain()
+
+    def _configure(self, settings: MatcherSettings) -> None:
+        """Have the device match the frames that are opened next with `settings`."""
+        if settings == self._configured:
+            return
+        # A late copy of an earlier CONFIGURE must not undo this one: it cannot if it belongs to another session.
+        if (self._configured is not None and not self._link.ordered
+                and not any(pipeline.open_frames for pipeline in self._pipelines)):
+            self._configured = None
+            self._link.hello()
+        self._link.call(MessageType.CONFIGURE, payloads.pack_parameters(settings.parameters))
+        self._configured = settings
+
+    def _count(self, result: Result) -> None:
+        counters = self._link.counters
+        counters.bytes_uploaded   += 2*result.disparity.size
+        counters.bytes_downloaded += result.disparity.nbytes
+        counters.upload_s         += result.upload_s
+        counters.download_s       += result.download_s
+
+    def _end(self, pipeline: Pipeline) -> None:
+        """End a stream: release the frames that an error or an abandoned iterator has left open."""
+        self._pipelines.remove(pipeline)
+        pipeline.forget()
+        self._release(pipeline.open_frames)
+        self._context.former.extend(pipeline.open_frames)
+
+    def _release(self, frame_ids: Iterable[int]) -> None:
+        if self._usable:
+            with contextlib.suppress(LiteStereoError):
+                for frame_id in frame_ids:
+                    self._link.call(MessageType.RELEASE, frame_id=frame_id)
+
     def statistics(self) -> dict[str, int]:
-        """The device's counters by name."""
+        """Return the device's counters by name."""
         with self._guarded():
             return payloads.unpack_counters(self._link.call(MessageType.STATISTICS).payload)
 
     def update_firmware(self, firmware: Path | bytes, *, restart: bool = True, progress: Progress | None = None,
                         restart_limit_s: float = RESTART_LIMIT_S) -> DeviceInfo:
-        """Writes another firmware to the device's flash; see `Device.update_firmware`."""
+        """Write another firmware to the device's flash; see `Device.update_firmware`."""
         image = read_firmware(firmware)
         image.check(self._info)
         with self._guarded():
             write_firmware(self._link, image, progress)
             if restart:
-                capabilities = restart_device(self._link, restart_limit_s)
-                self._info   = _describe(self._info.url, capabilities)
-                self._session_began()
+                capabilities     = restart_device(self._link, restart_limit_s)
+                self._info       = _describe(self._info.url, capabilities)
+                self._configured = None
         if restart and self._info.firmware_version != image.version:
             raise DeviceError(f"the device started firmware {self._info.firmware_version} instead of {image.version}: "
                               "see what it says on its serial line")
         return self._info
 
-    def _session_began(self) -> None:
-        """Forgets what was told the device in the session before."""
-
     def close(self) -> None:
-        """Ends the session, and closes the channel."""
+        """End the session, and close the channel."""
         if self._usable:
             self._usable = False
             with contextlib.suppress(LiteStereoError):
@@ -132,21 +205,17 @@ class RemoteDevice(Device):
             on_close()
 
     @contextlib.contextmanager
-    def _guarded(self) -> Iterator[None]:
-        """Uses the link when it is this thread's turn; after an error that is no answer it is used no more."""
-        with self._turns.turn():
+    def _guarded(self) -> Iterator[contextlib.ExitStack]:
+        """Lock the device, and after an error other than a refusal use its link no more.
+
+        The callbacks of the stack that this gives run after that, while the device is still locked.
+        """
+        with self._lock.held(), contextlib.ExitStack() as cleanup:
             if not self._usable:
                 raise DeviceError("the connection to the device is closed: connect again")
             try:
-                yield
+                yield cleanup
             except (DeviceError, ProtocolError) as error:
-                # A refusal is an answer: the session goes on.
+                # A refusal is a reply: the session goes on.
                 self._usable = isinstance(error, DeviceRefused)
                 raise
-
-    def _release(self, frames: Iterable[Frame]) -> None:
-        """Releases the `frames` that an error, or nobody's interest, has left open."""
-        if self._usable:
-            with contextlib.suppress(LiteStereoError):
-                for frame in frames:
-                    self._link.call(MessageType.RELEASE, frame_id=frame.frame_id)

@@ -26,7 +26,7 @@ from .connect import Device, connect
 PREFILTER_NORMALIZED_RESPONSE = 0
 PREFILTER_XSOBEL              = 1
 
-#: cv2.StereoBM_create(0) means this.
+#: What cv2.StereoBM_create(0) means.
 _DEFAULT_DISPARITIES = 64
 
 Rectangle = tuple[int, int, int, int]
@@ -35,15 +35,15 @@ Rectangle = tuple[int, int, int, int]
 class StereoBM:
     """Block matcher with the methods, the defaults and the results of `cv2.StereoBM`, on a LiteStereo device.
 
-    A setting that the hardware does not have is refused when `compute` is called, as cv2 does it. Use it as a context
-    manager, or `close` it, unless it was given an open device.
+    `compute` refuses settings that the hardware does not have, as cv2's does. Use it as a context manager, or `close`
+    it, unless it was given an open device.
 
     Parameters
     ----------
     device
-        URL of the device, which is connected to by the first `compute`, or an open device.
+        URL of the device, to which the first `compute` connects, or an open device.
     num_disparities, block_size
-        As `setNumDisparities` and `setBlockSize` take them.
+        See `setNumDisparities` and `setBlockSize`.
     """
 
     def __init__(self, device: str | Device, num_disparities: int = _DEFAULT_DISPARITIES,
@@ -66,7 +66,7 @@ class StereoBM:
         self._rois: dict[str, Rectangle] = {"ROI1": (0, 0, 0, 0), "ROI2": (0, 0, 0, 0)}
 
     def compute(self, left: NDArray[np.uint8], right: NDArray[np.uint8]) -> NDArray[np.int16]:
-        """Disparity map of a rectified pair.
+        """Return the disparity map of a rectified pair.
 
         Parameters
         ----------
@@ -80,7 +80,7 @@ class StereoBM:
         Raises
         ------
         SettingsError, UnsupportedError
-            A setting that no device takes, or that this device was not built for.
+            No device has a setting, or this device was not built for it.
         ImageError
             The images do not suit each other, the settings or the device.
         DeviceError
@@ -96,10 +96,10 @@ class StereoBM:
         values = self._values
         if values["PreFilterType"] != PREFILTER_XSOBEL:
             raise UnsupportedError("PREFILTER_NORMALIZED_RESPONSE is not supported, use PREFILTER_XSOBEL: it takes "
-                                   "the mean of a window of its own from each pixel, which the gateware has not")
+                                   "the mean of a window from each pixel, which the gateware cannot compute")
         if any(self._rois[name] != (0, 0, 0, 0) for name in self._rois):
             raise UnsupportedError("regions of interest are not supported: cut the map instead")
-        # Any negative number of pixels means no check to cv2.
+        # For cv2 any negative number of pixels means no check.
         return MatcherSettings(
             disparities       = values["NumDisparities"],
             block_size        = values["BlockSize"],
@@ -111,7 +111,7 @@ class StereoBM:
         )
 
     def close(self) -> None:
-        """Lets go of a device that this object has connected to."""
+        """Close the device that this object has connected to."""
         if self._url and self._device is not None:
             self._device.close()
             self._device = None
@@ -124,17 +124,17 @@ class StereoBM:
         self.close()
 
     def clear(self) -> None:
-        """Nothing is kept from one pair to the next."""
+        """Do nothing: no state is kept from one pair to the next."""
 
     def empty(self) -> bool:
-        """False, as cv2's."""
+        """Return False, as cv2 does."""
         return False
 
     def getDefaultName(self) -> str:
-        """"my_object", as cv2's."""
+        """Return "my_object", as cv2 does."""
         return "my_object"
 
-    # cv2's accessors, whose values are checked by `compute`.
+    # cv2's accessors; `compute` checks the values.
 
     def _number(self, name: str, value: int) -> None:
         if int(value) != value:
@@ -142,117 +142,117 @@ class StereoBM:
         self._values[name] = int(value)
 
     def getMinDisparity(self) -> int:
-        """Smallest disparity, 0 to 255 pixels."""
+        """Return the smallest disparity, 0 to 255 pixels."""
         return self._values["MinDisparity"]
 
     def setMinDisparity(self, value: int) -> None:
-        """Sets it; see `getMinDisparity`."""
+        """Set it; see `getMinDisparity`."""
         self._number("MinDisparity", value)
 
     def getNumDisparities(self) -> int:
-        """Number of disparities searched, a multiple of 16."""
+        """Return the number of disparities searched, a multiple of 16."""
         return self._values["NumDisparities"]
 
     def setNumDisparities(self, value: int) -> None:
-        """Sets it; see `getNumDisparities`."""
+        """Set it; see `getNumDisparities`."""
         self._number("NumDisparities", value)
 
     def getBlockSize(self) -> int:
-        """Side of the block in pixels, odd, at least 5."""
+        """Return the side of the block in pixels, odd, at least 5."""
         return self._values["BlockSize"]
 
     def setBlockSize(self, value: int) -> None:
-        """Sets it; see `getBlockSize`."""
+        """Set it; see `getBlockSize`."""
         self._number("BlockSize", value)
 
     def getSpeckleWindowSize(self) -> int:
-        """Largest number of pixels of an island that is removed; 0 for no filter."""
+        """Return the largest number of pixels of an island that is removed; 0 means no filter."""
         return self._values["SpeckleWindowSize"]
 
     def setSpeckleWindowSize(self, value: int) -> None:
-        """Sets it; see `getSpeckleWindowSize`."""
+        """Set it; see `getSpeckleWindowSize`."""
         self._number("SpeckleWindowSize", value)
 
     def getSpeckleRange(self) -> int:
-        """Largest difference within an island, in sixteenths of a pixel."""
+        """Return the largest difference within an island, in sixteenths of a pixel."""
         return self._values["SpeckleRange"]
 
     def setSpeckleRange(self, value: int) -> None:
-        """Sets it; see `getSpeckleRange`."""
+        """Set it; see `getSpeckleRange`."""
         self._number("SpeckleRange", value)
 
     def getDisp12MaxDiff(self) -> int:
-        """Largest difference in the left-right check, pixels; negative for no check."""
+        """Return the largest difference in the left-right check, in pixels; negative means no check."""
         return self._values["Disp12MaxDiff"]
 
     def setDisp12MaxDiff(self, value: int) -> None:
-        """Sets it; see `getDisp12MaxDiff`."""
+        """Set it; see `getDisp12MaxDiff`."""
         self._number("Disp12MaxDiff", value)
 
     def getPreFilterType(self) -> int:
-        """PREFILTER_XSOBEL."""
+        """Return the type of the prefilter; `compute` accepts PREFILTER_XSOBEL only."""
         return self._values["PreFilterType"]
 
     def setPreFilterType(self, value: int) -> None:
-        """Sets it; see `getPreFilterType`."""
+        """Set it; see `getPreFilterType`."""
         self._number("PreFilterType", value)
 
     def getPreFilterSize(self) -> int:
-        """Window of PREFILTER_NORMALIZED_RESPONSE: without effect."""
+        """Return the window of PREFILTER_NORMALIZED_RESPONSE, which has no effect."""
         return self._values["PreFilterSize"]
 
     def setPreFilterSize(self, value: int) -> None:
-        """Sets it; see `getPreFilterSize`."""
+        """Set it; see `getPreFilterSize`."""
         self._number("PreFilterSize", value)
 
     def getPreFilterCap(self) -> int:
-        """Largest slope that the prefilter keeps, 1 to 63."""
+        """Return the largest slope that the prefilter keeps, 1 to 63."""
         return self._values["PreFilterCap"]
 
     def setPreFilterCap(self, value: int) -> None:
-        """Sets it; see `getPreFilterCap`."""
+        """Set it; see `getPreFilterCap`."""
         self._number("PreFilterCap", value)
 
     def getTextureThreshold(self) -> int:
-        """Least texture of a block."""
+        """Return the least texture of a block."""
         return self._values["TextureThreshold"]
 
     def setTextureThreshold(self, value: int) -> None:
-        """Sets it; see `getTextureThreshold`."""
+        """Set it; see `getTextureThreshold`."""
         self._number("TextureThreshold", value)
 
     def getUniquenessRatio(self) -> int:
-        """By how many percent more any other disparity must cost, 0 to 100."""
+        """Return by how many percent more any other disparity must cost, 0 to 100."""
         return self._values["UniquenessRatio"]
 
     def setUniquenessRatio(self, value: int) -> None:
-        """Sets it; see `getUniquenessRatio`."""
+        """Set it; see `getUniquenessRatio`."""
         self._number("UniquenessRatio", value)
 
     def getSmallerBlockSize(self) -> int:
-        """0, as cv2's."""
+        """Return 0, as cv2 does."""
         return 0
 
     def setSmallerBlockSize(self, value: int) -> None:
-        """Without effect, as cv2's."""
+        """Do nothing, as cv2 does."""
 
     def getROI1(self) -> Rectangle:
-        """Valid region of the left image, which cv2 cuts the map to."""
+        """Return the valid region of the left image, to which cv2 cuts the map."""
         return self._rois["ROI1"]
 
     def setROI1(self, value: Rectangle) -> None:
-        """Sets it; see `getROI1`."""
+        """Set it; see `getROI1`."""
         self._rois["ROI1"] = value
 
     def getROI2(self) -> Rectangle:
-        """Valid region of the right image, which cv2 cuts the map to."""
+        """Return the valid region of the right image, to which cv2 cuts the map."""
         return self._rois["ROI2"]
 
     def setROI2(self, value: Rectangle) -> None:
-        """Sets it; see `getROI2`."""
+        """Set it; see `getROI2`."""
         self._rois["ROI2"] = value
 
 
 def StereoBM_create(numDisparities: int = 0, blockSize: int = 21, *, device: str | Device = "sim:") -> StereoBM:
-    """As `cv2.StereoBM_create`, and which device to use: its URL, or an open one."""
+    """Return a `StereoBM`, as `cv2.StereoBM_create` does; `device` is a URL, or an open device."""
     return StereoBM(device, numDisparities, blockSize)

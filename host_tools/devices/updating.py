@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Another firmware to a device, over whatever link."""
+"""The update of a device's firmware, over any link."""
 
 from __future__ import annotations
 
@@ -18,15 +18,24 @@ from ..protocol.refusals import failed_update
 from .base import Progress
 from .firmware_image import FirmwareImage
 
-#: Seconds between two questions for the progress, and between two hellos to a device that is restarting.
+#: Seconds between two polls for the progress, and between two hellos to a device that is restarting.
 _POLL_S = 0.1
 
-#: Seconds without progress after which the device counts as stuck; a slow simulation takes a while to read an image.
-_STILL_LIMIT_S = 600.0
+#: Seconds without progress after which the device counts as stuck; a slow simulation takes long to read an image.
+_STUCK_LIMIT_S = 600.0
 
 
 def write_firmware(link: Link, image: FirmwareImage, progress: Progress | None) -> None:
-    """Hands `image` over and waits until it is in the device's flash.
+    """Send `image` to the device, and wait until it is in its flash.
+
+    Parameters
+    ----------
+    link
+        The link to the device, in a session.
+    image
+        The firmware, which is for this device.
+    progress
+        Called with the steps of "upload" and "write".
 
     Raises
     ------
@@ -65,9 +74,10 @@ def _wait(link: Link, reply: UpdateProgress, progress: Progress | None) -> None:
         if reply.state == UpdateState.FAILED:
             raise failed_update(reply.failure)
         if reply.state not in (UpdateState.CHECKING, UpdateState.WRITING):
-            raise DeviceError("the device has forgotten the firmware while it wrote it: it restarted, try again")
-        if time.monotonic() - moved_at > _STILL_LIMIT_S:
-            raise LinkTimeout(f"the device writes the firmware, but has not come further for {_STILL_LIMIT_S:g} s")
+            raise DeviceError("the device restarted while it wrote the firmware: try again")
+        if time.monotonic() - moved_at > _STUCK_LIMIT_S:
+            raise LinkTimeout(f"the device has made no progress with the firmware for {_STUCK_LIMIT_S:g} s: restart "
+                              "it, and try again")
         if progress is not None:
             progress("write", reply.done, reply.total)
         link.idle(_POLL_S)
@@ -79,8 +89,11 @@ def _wait(link: Link, reply: UpdateProgress, progress: Progress | None) -> None:
 
 
 def restart_device(link: Link, limit_s: float) -> payloads.Capabilities:
-    """Restarts the device and begins a session with it; raises DeviceError if it is not back within `limit_s`."""
-    # A device that does not know the session any more has restarted, and it was the reply that got lost.
+    """Restart the device, and begin a session with it.
+
+    Raises DeviceError if it has not come back within `limit_s`.
+    """
+    # If the device no longer knows the session, it has restarted, and the reply was lost.
     link.wait([link.submit(MessageType.RESTART, urgent=True, accepts=[ErrorCode.SESSION])])
     give_up_at = time.monotonic() + limit_s
     while True:

@@ -5,22 +5,22 @@
 
 """Consistent Overhead Byte Stuffing (Cheshire and Baker, 1999).
 
-Encoded data has no zeros, so that a zero can delimit it.
+Encoded data has no zero byte, so that one can delimit it.
 """
 
 from __future__ import annotations
 
 from ..core.errors import ProtocolError
 
-#: The one byte that never stands in encoded data.
+#: The byte that encoded data never contains.
 DELIMITER = 0
 
-#: Data bytes that one code byte can announce.
+#: Most data bytes that follow one code byte.
 RUN_LENGTH = 254
 
 
 def encode(data: bytes) -> bytes:
-    """Encoding of `data` without delimiters: no zero byte, at most one byte longer per 254 begun."""
+    """Return the encoding of `data`, without delimiters: no zero byte, and one more byte per 254 or part of them."""
     encoded = bytearray()
     runs    = data.split(b"\0")
     for index, run in enumerate(runs):
@@ -28,7 +28,7 @@ def encode(data: bytes) -> bytes:
             encoded.append(RUN_LENGTH + 1)
             encoded += run[:RUN_LENGTH]
             run = run[RUN_LENGTH:]
-        # A full run implies no zero after it, so the last run of the data needs no code byte to end it.
+        # No zero is implied after a full run, so at the end of the data no code byte has to follow it.
         if len(run) == RUN_LENGTH:
             encoded.append(RUN_LENGTH + 1)
             encoded += run
@@ -41,17 +41,17 @@ def encode(data: bytes) -> bytes:
 
 
 def decode(encoded: bytes) -> bytes:
-    """Data whose encoding is `encoded`, without delimiters.
+    """Return the data whose encoding, without delimiters, is `encoded`.
 
     Raises
     ------
     ProtocolError
-        A zero byte stands in the encoding, or it ends within a run, or it is empty.
+        The encoding contains a zero byte, ends within a run, or is empty.
     """
     if not encoded:
         raise ProtocolError("an empty frame is no COBS encoding")
     if DELIMITER in encoded:
-        raise ProtocolError("a zero byte stands in a COBS encoding")
+        raise ProtocolError("a COBS encoding contains a zero byte")
     data     = bytearray()
     position = 0
     while position < len(encoded):

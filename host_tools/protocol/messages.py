@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Messages of the link protocol, version 1: see docs/protocol.md, which this file repeats as code."""
+"""Messages of the link protocol, version 1, which docs/protocol.md specifies."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ VERSION = 1
 #: Largest payload, and the step of upload offsets, in bytes.
 CHUNK_BYTES = 1024
 
-#: Stands for no offset: nothing is missing.
+#: In place of an offset: nothing is missing.
 NO_OFFSET = 0xffffffff
 
-#: Port at which a device listens for datagrams.
+#: Port on which a device listens for datagrams.
 UDP_PORT = 19539
 
 #: Set in the type of a reply.
@@ -32,13 +32,13 @@ REPLY = 0x80
 _HEADER = struct.Struct("<2sBBIIIII")
 _CRC    = struct.Struct("<I")
 
-#: Bytes of the shortest and of the longest message.
+#: Lengths of the shortest and the longest message in bytes.
 MIN_MESSAGE_BYTES = _HEADER.size + _CRC.size
 MAX_MESSAGE_BYTES = MIN_MESSAGE_BYTES + CHUNK_BYTES
 
 
 class MessageType(enum.IntEnum):
-    """Request types; a reply has `REPLY` added, except for ERROR, which is a reply only."""
+    """Types of requests; a reply has `REPLY` added, except for ERROR, which is always a reply."""
 
     HELLO      = 0x01
     CONFIGURE  = 0x02
@@ -85,14 +85,17 @@ class ErrorCode(enum.IntEnum):
 
 def pack_header(kind: int, session: int, sequence: int, frame_id: int, offset: int,
                 payload: bytes | memoryview, version: int = VERSION) -> tuple[bytes, bytes]:
-    """What stands before and behind the payload of a message; raises struct.error if a field does not fit."""
+    """Return the header and the CRC of a message, between which the payload goes.
+
+    Raises struct.error if a number does not fit its field.
+    """
     header = _HEADER.pack(MAGIC, version, kind, session, sequence, frame_id, offset, len(payload))
     return header, _CRC.pack(zlib.crc32(payload, zlib.crc32(header)))
 
 
 @dataclass(frozen=True)
 class Message:
-    """One message: the fields of its header, each an unsigned number, and its payload of 0 to 1024 bytes."""
+    """One message: the fields of its header, each an unsigned number, and a payload of 0 to 1024 bytes."""
 
     type:     int
     session:  int = 0
@@ -121,7 +124,7 @@ class Message:
 
     @classmethod
     def decode(cls, data: bytes) -> Message:
-        """The message that `data` is, of whatever version and type.
+        """Return the message that `data` is, of any version and type.
 
         Raises
         ------
@@ -142,5 +145,5 @@ class Message:
         return cls(kind, session, sequence, frame_id, offset, data[_HEADER.size:-_CRC.size], version)
 
     def reply(self, payload: bytes = b"") -> Message:
-        """The reply to this request that carries `payload`."""
+        """Return the reply to this request that carries `payload`."""
         return Message(self.type | REPLY, self.session, self.sequence, self.frame_id, self.offset, payload)

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Payloads of the link protocol's messages, packed and unpacked: see docs/protocol.md."""
+"""Payloads of the link protocol's messages, packed and unpacked; docs/protocol.md specifies them."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _ERROR        = struct.Struct("<HBBI")
 _UPDATE       = struct.Struct("<II")
 _PROGRESS     = struct.Struct("<BBHIII")
 
-#: Name of each of the STATISTICS counters, in the order of the protocol.
+#: Names of the STATISTICS counters, in the order of the protocol.
 COUNTERS = (
     "messages_received",
     "messages_sent",
@@ -68,7 +68,7 @@ def _unpack(layout: struct.Struct, payload: bytes, what: str) -> tuple[Any, ...]
 
 @dataclass(frozen=True)
 class Capabilities:
-    """What a device tells in its hello reply; sizes in pixels, versions as major x 256 + minor."""
+    """Reply to HELLO: what a device is; sizes in pixels, versions as major x 256 + minor."""
 
     session:          int
     nonce:            int
@@ -87,7 +87,7 @@ class Capabilities:
     name:             str
 
     def pack(self) -> bytes:
-        """The 52-byte payload."""
+        """Return the payload, 52 bytes."""
         return _CAPABILITIES.pack(self.session, self.nonce, self.gateware_version, self.firmware_version,
                                   self.max_width, self.max_height, self.max_disparities, self.min_block_size,
                                   self.max_block_size, self.features, self.max_pixels, self.slots,
@@ -95,7 +95,7 @@ class Capabilities:
 
     @classmethod
     def unpack(cls, payload: bytes) -> Capabilities:
-        """Capabilities from a payload; raises ProtocolError if it is too short."""
+        """Return the capabilities of a payload; raise ProtocolError if it is too short."""
         *numbers, name = _unpack(_CAPABILITIES, payload, "list of capabilities")
         return cls(*(*numbers, name.split(b"\0")[0].decode("ascii", "replace")))
 
@@ -113,7 +113,11 @@ class FrameState(enum.IntEnum):
 
 @dataclass(frozen=True)
 class FrameStatus:
-    """Reply to STATUS; `first_missing` is an offset in the upload space, or of pairs, NO_OFFSET if none is missing."""
+    """Reply to STATUS.
+
+    `first_missing` is the offset of a chunk in the upload space, or in the pairs of a streamed frame; NO_OFFSET if none
+    is missing.
+    """
 
     state:            int
     slot:             int
@@ -123,13 +127,13 @@ class FrameStatus:
     first_missing:    int
 
     def pack(self) -> bytes:
-        """The 16-byte payload."""
+        """Return the payload, 16 bytes."""
         return _STATUS.pack(self.state, self.slot, self.error, self.clocks, self.first_row_clocks,
                             self.first_missing)
 
     @classmethod
     def unpack(cls, payload: bytes) -> FrameStatus:
-        """Status from a payload; raises ProtocolError if it is too short."""
+        """Return the status of a payload; raise ProtocolError if it is too short."""
         return cls(*_unpack(_STATUS, payload, "frame status"))
 
 
@@ -145,7 +149,7 @@ class UpdateState(enum.IntEnum):
 
 
 class UpdateFailure(enum.IntEnum):
-    """Why an update has failed."""
+    """Reasons why an update has failed."""
 
     CHECKSUM  = 1
     FOREIGN   = 2
@@ -156,7 +160,7 @@ class UpdateFailure(enum.IntEnum):
 
 @dataclass(frozen=True)
 class UpdateProgress:
-    """Reply to UPDATE, WRITE and PROGRESS; `room` is the length of the longest firmware in bytes."""
+    """Reply to UPDATE, WRITE and PROGRESS; `room` is the longest possible program in bytes."""
 
     state:   int
     failure: int
@@ -165,76 +169,76 @@ class UpdateProgress:
     room:    int
 
     def pack(self) -> bytes:
-        """The 16-byte payload."""
+        """Return the payload, 16 bytes."""
         return _PROGRESS.pack(self.state, self.failure, 0, self.done, self.total, self.room)
 
     @classmethod
     def unpack(cls, payload: bytes) -> UpdateProgress:
-        """Progress from a payload; raises ProtocolError if it is too short."""
+        """Return the progress of a payload; raise ProtocolError if it is too short."""
         state, failure, _, *numbers = _unpack(_PROGRESS, payload, "progress of an update")
         return cls(state, failure, *numbers)
 
 
 def pack_update(length: int, crc: int) -> bytes:
-    """Payload of UPDATE."""
+    """Return the payload of UPDATE: the length of the program in bytes, and its CRC-32."""
     return _UPDATE.pack(length, crc)
 
 
 def pack_number(number: int) -> bytes:
-    """A payload of one u32: the nonce of HELLO, the length of READ, the missing chunks of UPLOAD's reply."""
+    """Return a payload of one u32: the nonce of HELLO, the length of READ, the missing chunks of UPLOAD's reply."""
     return _NUMBER.pack(number)
 
 
 def unpack_number(payload: bytes) -> int:
-    """The u32 of a payload; raises ProtocolError if it is too short."""
+    """Return the u32 of a payload; raise ProtocolError if it is too short."""
     (number,) = _unpack(_NUMBER, payload, "number")
     return int(number)
 
 
 def pack_parameters(parameters: Mapping[Parameter, int]) -> bytes:
-    """Payload of CONFIGURE."""
+    """Return the payload of CONFIGURE."""
     return b"".join(_PARAMETER.pack(parameter, 0, value) for parameter, value in parameters.items())
 
 
 def pack_size(width: int, height: int) -> bytes:
-    """Payload of OPEN and STREAM, sizes in pixels."""
+    """Return the payload of OPEN and STREAM, sizes in pixels."""
     return _SIZE.pack(width, height)
 
 
 def pack_opened(slot: int, pitch: int) -> bytes:
-    """Payload of the reply to OPEN, or STREAM, which has no pitch."""
+    """Return the payload of the reply to OPEN, or to STREAM, for which the pitch is 0."""
     return _OPENED.pack(slot, 0, pitch)
 
 
 def unpack_opened(payload: bytes) -> tuple[int, int]:
-    """Slot and pitch (bytes) from OPEN's reply; raises ProtocolError if it is too short."""
+    """Return slot and pitch (bytes) of OPEN's reply; raise ProtocolError if it is too short."""
     slot, _, pitch = _unpack(_OPENED, payload, "reply to OPEN")
     return slot, pitch
 
 
 def pack_error(code: int, request_type: int, detail: int) -> bytes:
-    """Payload of ERROR."""
+    """Return the payload of ERROR."""
     return _ERROR.pack(code, request_type, 0, detail)
 
 
 def unpack_error(payload: bytes) -> tuple[int, int, int]:
-    """Code, request type and detail from ERROR; raises ProtocolError if it is too short."""
+    """Return code, request type and detail of ERROR; raise ProtocolError if it is too short."""
     code, request_type, _, detail = _unpack(_ERROR, payload, "error")
     return code, request_type, detail
 
 
 def pack_counters(counters: Mapping[str, int]) -> bytes:
-    """Payload of STATISTICS' reply."""
+    """Return the payload of STATISTICS' reply."""
     return b"".join(_NUMBER.pack(counters[name]) for name in COUNTERS)
 
 
 def unpack_counters(payload: bytes) -> dict[str, int]:
-    """Counters by name; those that a newer device has appended are called `counter_<index>`."""
+    """Return counters by name; those that a newer device has appended are called `counter_<index>`."""
     values = [value for (value,) in _NUMBER.iter_unpack(payload[:len(payload) // 4 * 4])]
     return {COUNTERS[index] if index < len(COUNTERS) else f"counter_{index}": value
             for index, value in enumerate(values)}
 
 
 def frame_pitch(width: int, height: int) -> int:
-    """Bytes from the left to the right image in the upload space: the image size in whole chunks."""
+    """Return the bytes from the left to the right image in the upload space: the image size in whole chunks."""
     return -(-width * height // CHUNK_BYTES) * CHUNK_BYTES

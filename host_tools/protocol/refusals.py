@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""ERROR replies in words."""
+"""ERROR replies as exceptions, in words."""
 
 from __future__ import annotations
 
@@ -14,36 +14,36 @@ from .messages import VERSION, ErrorCode, Message, MessageType
 
 _SIZES = {
     1: "it is wider than the device's lines",
-    2: "it is higher than the device takes",
-    3: "it has more pixels than the device's memory",
+    2: "it is higher than the device allows",
+    3: "it has more pixels than the device's memory holds",
     4: "it is too narrow for the disparities and the block size",
     5: "it is too low for the block size",
     6: "the firmware is too long for the device's flash",
 }
 
 
-#: Requests of updates.
-_OF_UPDATES = {MessageType.UPDATE, MessageType.IMAGE, MessageType.WRITE, MessageType.PROGRESS, MessageType.RESTART}
+#: Types of requests that belong to an update.
+_UPDATE_TYPES = {MessageType.UPDATE, MessageType.IMAGE, MessageType.WRITE, MessageType.PROGRESS, MessageType.RESTART}
 
-#: Failures of updates in words.
+#: Reasons why an update failed, in words.
 _FAILURES: dict[int, str] = {
     payloads.UpdateFailure.CHECKSUM:  "it arrived damaged, try again",
     payloads.UpdateFailure.FOREIGN:   "it is for another board or another bitstream, write both with `make flash`",
     payloads.UpdateFailure.PROTECTED: "its flash is write-protected, unprotect it by cable with openFPGALoader "
                                       "--unprotect-flash",
-    payloads.UpdateFailure.TIMEOUT:   "the flash did not come to rest; a good image is in it still",
-    payloads.UpdateFailure.VERIFY:    "the flash did not hold what was written; a good image is in it still",
+    payloads.UpdateFailure.TIMEOUT:   "the flash did not finish; it still holds a good image",
+    payloads.UpdateFailure.VERIFY:    "the flash did not keep what was written; it still holds a good image",
 }
 
 
 def version_mismatch(device_version: int) -> ProtocolError:
-    """The error for a device that speaks another version of the protocol."""
+    """Return the error for a device that speaks another version of the protocol."""
     return ProtocolError(f"the device speaks link protocol version {device_version}, this host version "
                          f"{VERSION}: install the host tools and the firmware of one release")
 
 
 def refusal(reply: Message) -> LiteStereoError:
-    """The exception that stands for an ERROR reply."""
+    """Return the exception for an ERROR reply; raise ProtocolError if its payload is too short."""
     code, request_type, detail = payloads.unpack_error(reply.payload)
     if code == ErrorCode.VERSION:
         return version_mismatch(detail)
@@ -55,10 +55,10 @@ def refusal(reply: Message) -> LiteStereoError:
     known   = request_type in set(MessageType)
     request = MessageType(request_type).name if known else f"request {request_type:#04x}"
     reason  = _reason(code, reply.frame_id, detail)
-    if code == ErrorCode.STATE and request_type in _OF_UPDATES:
+    if code == ErrorCode.STATE and request_type in _UPDATE_TYPES:
         reason = f"an update is {_name(payloads.UpdateState, detail)}"
-    if code == ErrorCode.TYPE and request_type in _OF_UPDATES - {MessageType.RESTART}:
-        reason = "it has no flash that its firmware could be written to"
+    if code == ErrorCode.TYPE and request_type in _UPDATE_TYPES - {MessageType.RESTART}:
+        reason = "it has no flash for firmware"
     return DeviceRefused(f"the device refused {request}: {reason}", code, detail)
 
 
@@ -81,7 +81,7 @@ def _reason(code: int, frame_id: int, detail: int) -> str:
         ErrorCode.MATCHER:    f"the accelerator reported error {detail}",
         ErrorCode.TIMEOUT:    f"the accelerator did not finish within {detail} clocks",
         ErrorCode.FEATURE:    f"it was not built for that value of {_parameter(detail)}, see `litestereo info`",
-        ErrorCode.BUSY:       f"another host uses it; without a word from that one it is free in {detail/1000:.1f} s",
+        ErrorCode.BUSY:       f"another host is using it; if that host stays silent it is free in {detail/1000:.1f} s",
         ErrorCode.DUPLICATE:  f"frame {detail} is already in use",
     }
     return reasons.get(ErrorCode(code), "") if code in set(ErrorCode) else f"error {code}, detail {detail}"
@@ -92,13 +92,13 @@ def _name(states: type[payloads.FrameState] | type[payloads.UpdateState], number
 
 
 def failed_update(failure: int) -> UpdateFailed:
-    """The exception for an update that a device has given up."""
+    """Return the exception for an update that the device has given up."""
     reason = _FAILURES.get(failure, f"failure {failure}")
-    return UpdateFailed(f"the device did not take the firmware: {reason}", failure, 0)
+    return UpdateFailed(f"the device did not accept the firmware: {reason}", failure, 0)
 
 
 def failed_frame(frame_id: int, error: int) -> DeviceRefused:
-    """The exception for a frame whose match has failed with an error code."""
+    """Return the exception for a frame whose match has failed with an error code."""
     name = ErrorCode(error).name.lower() if error in set(ErrorCode) else "unknown"
     return DeviceRefused(f"the device could not match frame {frame_id}: error {error} ({name}); "
                          "see `litestereo stats`", error, 0)

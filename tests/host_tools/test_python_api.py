@@ -20,7 +20,7 @@ from litestereo.host_tools.cameras.camera_info import ideal_cameras, write_camer
 from litestereo.host_tools.cameras.rectify import FILES
 from litestereo.host_tools.core.errors import DeviceError
 from litestereo.host_tools.core.settings import MatcherSettings
-from litestereo.host_tools.devices import lock as turns
+from litestereo.host_tools.devices import base
 from support.expected import expected_map
 from support.native_device import native_device, native_udp_device
 from support.pairs import generator, textured_pair
@@ -120,7 +120,7 @@ def test_a_stream_keeps_others_waiting_until_its_end(device, pairs, maps):
 
 
 def test_waiting_for_a_thread_that_does_not_let_go(device, pairs, monkeypatch):
-    monkeypatch.setattr(turns, "PATIENCE_S", 0.1)
+    monkeypatch.setattr(base, "LOCK_LIMIT_S", 0.1)
     stream = device.stream(pairs, SETTINGS)
     next(stream)
     with ThreadPoolExecutor(1) as pool:

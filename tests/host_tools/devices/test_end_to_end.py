@@ -158,6 +158,42 @@ def test_statistics_and_console_between_two_frames_of_a_stream(shared_url):
             assert "selftest" in device.console("help")
 
 
+def test_the_console_waits_for_requests_in_flight(shared_url, monkeypatch):
+    """A command may keep the device busy for so long that they would time out."""
+    in_flight = []
+    with connect(shared_url) as device:
+        write  = device._channel.write_console
+        stream = device.stream(pairs(1) + pairs(1, 640, 480), SETTINGS)
+        next(stream)
+        assert device._link._outstanding
+
+        def noting(text):
+            in_flight.append(len(device._link._outstanding))
+            write(text)
+
+        monkeypatch.setattr(device._channel, "write_console", noting)
+        assert "selftest" in device.console("help")
+        (result,) = stream
+        expect(result, pairs(1, 640, 480)[0])
+    assert in_flight[0] == 0
+
+
+def test_streams_may_interleave_on_a_line(shared_url):
+    """The end of one leaves the requests of the other alone."""
+    sent = pairs(4)
+    with connect(shared_url) as device:
+        before        = device.statistics()
+        first, second = device.stream(sent[:2], SETTINGS), device.stream(sent[2:], SETTINGS)
+        expect(next(first), sent[0])
+        expect(next(second), sent[2])
+        first.close()
+        expect(next(second), sent[3])
+        second.close()
+        after = device.statistics()
+    opened, released = (after[name] - before[name] for name in ("frames_opened", "frames_released"))
+    assert opened == released == 4
+
+
 @pytest.mark.parametrize("seed", range(16))
 def test_a_bad_line_costs_time_but_no_pixel(seed):
     """Bytes are flipped, dropped, inserted and repeated both ways, about one fault in 3000 bytes."""

@@ -11,10 +11,8 @@ import numpy as np
 import pytest
 
 from litestereo.host_tools.core.errors import LinkTimeout
-from litestereo.host_tools.core.settings import MatcherSettings
-from litestereo.host_tools.devices.udp.frame import Frame
 from litestereo.host_tools.devices.udp.pair_sender import PairSender
-from litestereo.host_tools.devices.udp.route import Route
+from litestereo.host_tools.devices.udp.upload import UploadWindow
 from litestereo.host_tools.link.link import Call
 from litestereo.host_tools.link.settings import LinkCounters
 from litestereo.host_tools.protocol.messages import NO_OFFSET, Message, MessageType
@@ -80,7 +78,8 @@ def link():
 def sender(link):
     rng  = np.random.default_rng(1)
     pair = tuple(rng.integers(0, 256, (HEIGHT, WIDTH), np.uint8) for _ in range(2))
-    one  = PairSender(Route(link, link), Frame(7, pair, MatcherSettings(16, 5)), None, lambda status: None)
+    both = memoryview(np.stack(pair, axis=-1).tobytes())
+    one  = PairSender(link, link, UploadWindow(), 7, both, None, lambda status: None)
     one.pair = pair
     one.fill()
     return one

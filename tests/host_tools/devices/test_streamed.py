@@ -373,7 +373,7 @@ def test_pairs_of_a_stranger_are_none(shared_url, patient):
     def progress(phase, done, total):
         if phase == "upload":
             other.send_chunk(device._link.session, 1, next(frame_ids), 0, noise, MessageType.PAIRS)
-            device._route.channel.send_chunk(device._link.session, 1, 999, 0, noise, MessageType.PAIRS)
+            device._context.channel.send_chunk(device._link.session, 1, 999, 0, noise, MessageType.PAIRS)
 
     with contextlib.closing(other), connect(shared_url) as device:
         before    = device.statistics()
@@ -446,17 +446,17 @@ def test_a_stream_request_of_a_released_frame_begins_nothing(shared_url):
     (pair,)  = pairs(1)
     captured = []
     with connect(shared_url) as device:
-        send = device._route.channel.send
+        send = device._context.channel.send
 
         def noting(wrapped, resync):
             if wrapped[3] == MessageType.STREAM:
                 captured.append(wrapped)
             send(wrapped, resync)
 
-        device._route.channel.send = noting
+        device._context.channel.send = noting
         expect(device.compute(*pair, SETTINGS), pair)
         opened = device.statistics()["frames_opened"]
-        sock   = device._route.channel._socket
+        sock   = device._context.channel._socket
         assert len(captured) >= 1 and isinstance(sock, socket.socket)
         for copy in captured:
             send(copy, False)

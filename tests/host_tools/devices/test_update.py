@@ -166,13 +166,13 @@ GOOD = image()
 @pytest.mark.parametrize(("data", "message"), [
     (b"", "has 0 bytes, too few"),
     (GOOD[:39], "too few"),
-    (GOOD[:-1], "not all of one: its header tells of 5000 bytes, 4999 follow"),
+    (GOOD[:-1], "not all of one: its header announces 5000 bytes, 4999 follow"),
     (GOOD + b"\0", "not all of one"),
     (GOOD[8:], "is no firmware image"),
     (GOOD[:100] + b"?" + GOOD[101:], "is damaged"),
     (with_header(bytes(5000)), "does not say what device it is for"),
     (image(name="ulx3s"), "is firmware for ulx3s, the device is LiteStereo"),
-    (image(256*1024 - 7), "has 262137 bytes of program, the device's flash has room for 262136"),
+    (image(256*1024 - 7), "the program has 262137 bytes, the device's flash has room for 262136"),
 ])
 def test_files_that_are_refused(data, message, tmp_path, capfd):
     """One line each, and the device is as it was."""

@@ -17,8 +17,8 @@ import pytest
 from litestereo.host_tools.core.errors import DeviceError, LinkTimeout, ProtocolError
 from litestereo.host_tools.core.settings import MatcherSettings
 from litestereo.host_tools.devices.connect import connect
-from litestereo.host_tools.devices.udp.route import Lulls
-from litestereo.host_tools.devices.udp.upload_window import UploadWindow
+from litestereo.host_tools.devices.udp.download import GapEstimate
+from litestereo.host_tools.devices.udp.upload import UploadWindow
 from litestereo.host_tools.link import timing
 from litestereo.host_tools.link.link import Link
 from litestereo.host_tools.link.settings import LinkSettings
@@ -337,16 +337,15 @@ def test_a_window_adapts():
     assert window.batch == 6
 
 
-
-def test_silences_between_parts():
-    lulls = Lulls()
-    assert lulls.end_s(0.01) == 0.01
-    lulls.note(0.1)
-    lulls.note(0.001)
-    assert 0.19 < lulls.end_s(0.01) < 0.2
+def test_gaps_between_parts():
+    gaps = GapEstimate()
+    assert gaps.end_s(0.01) == 0.01
+    gaps.record(0.1)
+    gaps.record(0.001)
+    assert 0.19 < gaps.end_s(0.01) < 0.2
     for _ in range(500):
-        lulls.note(0.001)
-    assert lulls.end_s(0.01) == 0.01
+        gaps.record(0.001)
+    assert gaps.end_s(0.01) == 0.01
 
 
 # Random datagrams.
