@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""A bad line: a TCP proxy that changes bytes on their way, both ways, by a seeded generator."""
+"""A bad line: a TCP proxy that changes bytes in both directions, drawn from a seeded generator."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from dataclasses import dataclass, field
 
 @dataclass
 class Faults:
-    """Chance per byte that a fault begins there, and how often each has."""
+    """Chance per byte that a fault begins there, and how often each fault has happened."""
 
     rate:     float = 0.0
     flipped:  int   = 0
@@ -29,11 +29,11 @@ class Faults:
     repeated: int   = 0
     rng:      random.Random = field(default_factory=random.Random)
 
-    #: Longest run of bytes that is dropped or repeated; shorter than a message, so none comes twice unasked.
+    #: Most bytes that are dropped or repeated at once; fewer than a message has, so that none comes twice.
     LONGEST_RUN = 20
 
     def apply(self, data: bytes) -> bytes:
-        """`data` as it leaves the bad line."""
+        """Return `data` as it leaves the bad line."""
         out      = bytearray()
         position = 0
         while position < len(data):
@@ -72,7 +72,7 @@ class Proxy(threading.Thread):
         self.url        = f"tcp://127.0.0.1:{self._server.getsockname()[1]}"
 
     def run(self) -> None:
-        """Carries until `stop` is called or the device hangs up."""
+        """Carry bytes until `stop` is called or the device hangs up."""
         with selectors.DefaultSelector() as selector:
             selector.register(self._server, selectors.EVENT_READ)
             selector.register(self._device, selectors.EVENT_READ)

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""The frame link in Verilator with a memory of its own: datagrams in, datagrams out, and what software sees of it."""
+"""The frame link in Verilator with a memory: datagrams in, datagrams out, and what software sees of it."""
 
 from __future__ import annotations
 
@@ -250,5 +250,5 @@ def pairs(frame_id: int, offset: int, payload: bytes, token: int = 0x1234) -> by
 
 
 def with_crc(data: bytes) -> bytes:
-    """Bytes with the CRC-32 behind them that makes them believable."""
+    """Return bytes followed by their CRC-32, which makes them a valid message."""
     return data + zlib.crc32(data).to_bytes(4, "little")

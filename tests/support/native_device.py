@@ -24,12 +24,12 @@ OUT  = CHECKOUT / "build" / "native_device"
 
 @functools.cache
 def build() -> Path:
-    """Builds the program, or brings it up to date; skips the test if there is no compiler."""
+    """Build the program, or bring it up to date; skip the test if there is no compiler."""
     if not shutil.which("gcc") or not shutil.which("make"):
         pytest.skip("gcc and make are needed to build the firmware for this computer")
     OUT.mkdir(parents=True, exist_ok=True)
     with open(OUT / "lock", "w", encoding="ascii") as lock:
-        # Test processes may run side by side.
+        # Several test processes may build at the same time.
         fcntl.flock(lock, fcntl.LOCK_EX)
         command = ["make", "-f", CHECKOUT / "firmware" / "tests" / "Makefile", f"OUT={OUT}", "native_device"]
         done    = subprocess.run(command, capture_output=True, text=True, check=False)
@@ -39,21 +39,21 @@ def build() -> Path:
 
 @contextlib.contextmanager
 def native_device(*options: str) -> Iterator[int]:
-    """Runs the program and gives its TCP port; a sanitizer's complaint fails the test at the end."""
+    """Run the program, and give its TCP port; at the end, an error of a sanitizer fails the test."""
     with _running(options) as process:
         yield _port(process, "listening on 127.0.0.1:")
 
 
 @contextlib.contextmanager
 def native_udp_device(*options: str) -> Iterator[int]:
-    """The same on a network, and its UDP port."""
+    """Run the program on a network too, and give its UDP port."""
     with native_ports(*options) as (_, port):
         yield port
 
 
 @contextlib.contextmanager
 def native_ports(*options: str) -> Iterator[tuple[int, int]]:
-    """The same, and both of its ports: TCP, which carries the serial line, and UDP."""
+    """Run the program, and give both of its ports: TCP, which carries the serial line, and UDP."""
     with _running(["--udp-port", "0", *options]) as process:
         yield _port(process, "listening on 127.0.0.1:"), _port(process, "listening on udp 127.0.0.1:")
 

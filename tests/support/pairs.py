@@ -34,3 +34,10 @@ def textured_pair(width: int, height: int, rng: np.random.Generator, shift: int 
     """Left and right image (uint8, H x W): noise, seen `shift` pixels apart."""
     scene = rng.integers(0, 256, (height, width + shift), np.uint8)
     return np.ascontiguousarray(scene[:, :width]), np.ascontiguousarray(scene[:, shift:])
+
+
+def pairs(count: int, width: int = 110, height: int = 60, salt: int = 50
+          ) -> list[tuple[NDArray[np.uint8], NDArray[np.uint8]]]:
+    """Return pairs with shifts of 3 to 22 pixels, which 32 disparities cover: maps all invalid would look alike."""
+    rng = generator(salt)
+    return [textured_pair(width, height, rng, 3 + index % 20) for index in range(count)]

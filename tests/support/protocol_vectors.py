@@ -5,8 +5,8 @@
 
 """Test vectors of the link protocol, shared with the firmware's tests.
 
-Writes tests/vectors/protocol.txt, one line per vector: name, message in hex, message as it stands on a serial
-line in hex. Run `python tests/support/protocol_vectors.py` after a change of the protocol.
+Writes tests/vectors/protocol.txt, one line per vector: name, message in hex, and its frame on a serial line in hex.
+Run `python tests/support/protocol_vectors.py` after a change of the protocol.
 """
 
 from __future__ import annotations

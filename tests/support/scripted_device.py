@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Devices that do what a test tells them, for what the real firmware never does."""
+"""Devices that follow a script of a test, for what the real firmware never does."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from collections.abc import Callable, Iterator
 from litestereo.host_tools.link.serial_framing import Demultiplexer, encode_frame
 from litestereo.host_tools.protocol.messages import Message
 
-#: What a scripted device does with a request: returns the bytes that it sends.
+#: From a request to the bytes that a scripted device sends.
 Script = Callable[[Message], bytes]
 
 
 def framed(message: Message) -> bytes:
-    """A message as it stands on the line."""
+    """Return a message as a serial line carries it."""
     return encode_frame(message.encode())
 
 
@@ -36,13 +36,13 @@ class ScriptedTransport:
         self._answers: list[bytes] = []
 
     def write(self, data: bytes) -> None:
-        """Hands every message in `data` to the script."""
+        """Give every message in `data` to the script."""
         for message in self._demux.feed(data):
             self.requests.append(message)
             self._answers.append(self._script(message))
 
     def read(self, timeout_s: float) -> bytes:
-        """The next answer that is not empty; waits if there is none."""
+        """Return the next answer that is not empty; wait if there is none."""
         while self._answers:
             if answer := self._answers.pop(0):
                 return answer
@@ -50,15 +50,15 @@ class ScriptedTransport:
         return b""
 
     def close(self) -> None:
-        """Remembers that it was closed."""
+        """Record that the transport was closed."""
         self.closed = True
 
 
 @contextlib.contextmanager
 def scripted_server(script: Script | None) -> Iterator[str]:
-    """Serves a script at a TCP port, one connection after the other, and gives its URL.
+    """Serve a script at a TCP port, one connection after the other, and give its URL.
 
-    Without a script connections are closed as soon as they are made.
+    Without a script, connections are closed as soon as they are made.
     """
     with socket.create_server(("127.0.0.1", 0)) as server:
         thread = threading.Thread(target=_serve, args=(server, script), daemon=True)

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""A device on a network, in Python and as docs/protocol.md has it, for what tests want to see, set or break."""
+"""A device on a network, written in Python after docs/protocol.md, for what tests want to see, set or break."""
 
 from __future__ import annotations
 
@@ -31,9 +31,9 @@ from .udp_proxy import udp_socket
 
 Peer = tuple[str, int]
 
-#: READs that may be in line, and their replies that go out between two looks at what has come in.
-_READS    = 8
-_AT_ONCE  = 16
+#: Most READs that are queued, and most of their replies that are sent between two polls for datagrams.
+_READS   = 8
+_AT_ONCE = 16
 
 #: Length of a request's payload, where it is fixed.
 _LENGTHS = {MessageType.HELLO: 4, MessageType.OPEN: 4, MessageType.READ: 4} | dict.fromkeys(
@@ -42,7 +42,7 @@ _LENGTHS = {MessageType.HELLO: 4, MessageType.OPEN: 4, MessageType.READ: 4} | di
 
 
 def made_up_map(left: NDArray[np.uint8], right: NDArray[np.uint8], settings: MatcherSettings) -> NDArray[np.int16]:
-    """What this device takes for a disparity map: each byte of the images and each parameter changes it."""
+    """Return what this device sends as disparity map: each byte of the images and each parameter changes it."""
     return _made_up(left, right, settings.parameters)
 
 
@@ -83,9 +83,9 @@ class _Frame:
 
 
 class UdpDevice(threading.Thread):
-    """The device; `counters` are its own, `requests` all that came, in their order.
+    """The device; `counters` are those of its protocol, `requests` all that came, in their order.
 
-    Types in `ignored` are noted and nothing more.
+    Requests of the types in `ignored` are recorded, and have no other effect.
 
     Parameters
     ----------
@@ -128,7 +128,7 @@ class UdpDevice(threading.Thread):
         self._reads:  deque[tuple[Peer, Message, int, int]] = deque()
 
     def run(self) -> None:
-        """Serves until `stop` is called."""
+        """Serve until `stop` is called."""
         with selectors.DefaultSelector() as selector:
             selector.register(self._socket, selectors.EVENT_READ)
             while not self._ended.is_set():
@@ -136,7 +136,7 @@ class UdpDevice(threading.Thread):
                     self._forget()
                     self._restart.clear()
                 selector.select(0 if self._reads else HOLD_S/4)
-                self._take_in()
+                self._poll_datagrams()
                 for peer, datagram in self.to_device.overdue():
                     self._receive(peer, datagram)
                 for _ in range(_AT_ONCE):
@@ -145,21 +145,21 @@ class UdpDevice(threading.Thread):
         self._socket.close()
 
     def reset(self) -> None:
-        """Forgets everything but the counters, as after a loss of power."""
+        """Forget everything but the counters, as after a loss of power."""
         self._restart.set()
         while self._restart.is_set():
             time.sleep(0.001)
 
     def stop(self) -> None:
-        """Ends it and waits for the end."""
+        """Stop the device, and wait until it has stopped."""
         self._ended.set()
         self.join(5)
 
-    def _dawdle(self) -> None:
+    def _delay(self) -> None:
         if self.datagram_s > 0:
             time.sleep(self.datagram_s)
 
-    def _take_in(self) -> None:
+    def _poll_datagrams(self) -> None:
         with contextlib.suppress(BlockingIOError, ConnectionError):
             for _ in range(64):
                 datagram, peer = self._socket.recvfrom(4096)
@@ -172,13 +172,13 @@ class UdpDevice(threading.Thread):
     def _put_out(self, datagrams: list[tuple[Peer, bytes]]) -> None:
         for peer, datagram in datagrams:
             self.counters["datagrams_sent"] += 1
-            self._dawdle()
+            self._delay()
             with contextlib.suppress(BlockingIOError, ConnectionError):
                 self._socket.sendto(datagram, peer)
 
     def _receive(self, peer: Peer, datagram: bytes) -> None:
         self.counters["datagrams_received"] += 1
-        self._dawdle()
+        self._delay()
         try:
             request = Message.decode(datagram)
         except ProtocolError:
@@ -206,10 +206,10 @@ class UdpDevice(threading.Thread):
             self._send(peer, request.reply(answer))
 
     def _admit(self, peer: Peer, request: Message) -> None:
-        left_s = self._heard_at + self._silence_s - time.monotonic()
-        if self._alive and peer != self._peer and left_s > 0:
+        remaining_s = self._heard_at + self._silence_s - time.monotonic()
+        if self._alive and peer != self._peer and remaining_s > 0:
             self.counters["sessions_refused"] += 1
-            raise Refusal(ErrorCode.BUSY, int(1000*left_s))
+            raise Refusal(ErrorCode.BUSY, int(1000*remaining_s))
         if request.type not in set(MessageType):
             raise Refusal(ErrorCode.TYPE, request.type)
         own = self._alive and (peer, request.session) == (self._peer, self._token)
@@ -287,8 +287,8 @@ class UdpDevice(threading.Thread):
         if frame is None or frame.state != FrameState.LOADING or rest or chunk >= len(frame.missing):
             self.counters["uploads_unfit"] += 1
             return
-        left_bytes = frame.width*frame.height - request.offset % frame.pitch
-        if len(request.payload) != min(CHUNK_BYTES, left_bytes):
+        remaining = frame.width*frame.height - request.offset % frame.pitch
+        if len(request.payload) != min(CHUNK_BYTES, remaining):
             self.counters["uploads_unfit"] += 1
             return
         self._heard_at = time.monotonic()
@@ -354,7 +354,7 @@ class UdpDevice(threading.Thread):
 @contextlib.contextmanager
 def udp_device(to_device: Faults | None = None, to_host: Faults | None = None, *, slots: int = 4,
                silence_s: float = 5.0, match_s: float = 0.0, datagram_s: float = 0.0) -> Iterator[UdpDevice]:
-    """The device behind a network with these faults; without any the network is a good one."""
+    """Run the device on a network with these faults; by default the network has none."""
     device = UdpDevice(to_device or Faults(), to_host or Faults(), slots, silence_s, match_s, datagram_s)
     device.start()
     try:

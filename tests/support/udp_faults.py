@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""What a bad network does to the datagrams of one direction, by a seeded generator."""
+"""What a bad network does to the datagrams of one direction, drawn from a seeded generator."""
 
 from __future__ import annotations
 
@@ -12,23 +12,25 @@ import time
 from dataclasses import dataclass, field
 from typing import Any
 
-#: Time in seconds after which a datagram that others should pass is let go, although too few have.
+from .pairs import byte_generator
+
+#: Seconds after which a delayed datagram leaves, even if too few others have overtaken it.
 HOLD_S = 0.005
 
 
 @dataclass
 class _Held:
-    to:       Any
-    datagram: bytes
-    left:     int
-    since:    float
+    to:        Any
+    datagram:  bytes
+    overtakes: int #: how many others have yet to overtake it
+    since:     float
 
 
 @dataclass
 class Faults:
     """Chances per datagram, and how often each fault has happened.
 
-    A datagram that changes its place is passed by 1 to `distance` others. `carried` counts what came in.
+    A reordered datagram is overtaken by 1 to `distance` others. `carried` counts the datagrams that entered.
     """
 
     loss:        float = 0.0
@@ -45,7 +47,7 @@ class Faults:
     held:        list[_Held] = field(default_factory=list)
 
     def carry(self, to: Any, datagram: bytes) -> list[tuple[Any, bytes]]:
-        """What leaves the network when a datagram enters it: each with where it goes to."""
+        """Return the datagrams that leave the network when one enters it, each with its destination."""
         self.carried += 1
         if self._happens("lost", self.loss):
             return self._passed([])
@@ -68,11 +70,11 @@ class Faults:
 
     def _passed(self, out: list[tuple[Any, bytes]]) -> list[tuple[Any, bytes]]:
         for held in self.held:
-            held.left -= len(out)
-        return out + self._let_go(lambda held: held.left <= 0)
+            held.overtakes -= len(out)
+        return out + self._let_go(lambda held: held.overtakes <= 0)
 
     def overdue(self) -> list[tuple[Any, bytes]]:
-        """What leaves the network because it has been held for long enough."""
+        """Return the datagrams that leave the network because they have been held for long enough."""
         now = time.monotonic()
         return self._let_go(lambda held: now - held.since > HOLD_S)
 
@@ -80,3 +82,9 @@ class Faults:
         out       = [(held.to, held.datagram) for held in self.held if free(held)]
         self.held = [held for held in self.held if not free(held)]
         return out
+
+
+def bad_ways(*salt: int, loss: float = 0.05, duplication: float = 0.05, reordering: float = 0.1, flips: float = 0.01
+             ) -> list[Faults]:
+    """Return a bad direction to the device, and one back, whose generators differ."""
+    return [Faults(loss, duplication, reordering, flips, rng=byte_generator(*salt, way)) for way in (0, 1)]

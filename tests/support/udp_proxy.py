@@ -19,7 +19,7 @@ _BUFFER_BYTES = 4 << 20
 
 
 def udp_socket() -> socket.socket:
-    """A socket at a free port of this computer, with room for many datagrams."""
+    """Return a socket at a free port of this computer, with room for many datagrams."""
     one = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     for option in (socket.SO_RCVBUF, socket.SO_SNDBUF):
         one.setsockopt(socket.SOL_SOCKET, option, _BUFFER_BYTES)
@@ -29,7 +29,7 @@ def udp_socket() -> socket.socket:
 
 
 class UdpProxy(threading.Thread):
-    """Carries datagrams between a device and any number of hosts; the device sees each as a peer of its own.
+    """Carries datagrams between a device and any number of hosts; the device sees each of them as another peer.
 
     `to_device` and `to_host` are the faults of the two directions, and count them.
     """
@@ -46,7 +46,7 @@ class UdpProxy(threading.Thread):
         self.url       = f"udp://127.0.0.1:{self._front.getsockname()[1]}"
 
     def run(self) -> None:
-        """Carries until `stop` is called."""
+        """Carry datagrams until `stop` is called."""
         with selectors.DefaultSelector() as selector:
             selector.register(self._front, selectors.EVENT_READ)
             while not self._ended.is_set():
@@ -58,7 +58,7 @@ class UdpProxy(threading.Thread):
             one.close()
 
     def _carry(self, selector: selectors.BaseSelector, one: socket.socket) -> None:
-        # A device that has gone is noticed when something is sent to it; hosts are to notice by silence.
+        # A socket reports that the device has gone when something is sent to it; hosts have to notice its silence.
         with contextlib.suppress(BlockingIOError, ConnectionError):
             for _ in range(64):
                 datagram, sender = one.recvfrom(4096)
@@ -82,18 +82,18 @@ class UdpProxy(threading.Thread):
                 self._front.sendto(datagram, host)
 
     def plug_in(self, device_port: int) -> None:
-        """Puts another device in the place of the one there is; hosts notice only by what they hear."""
+        """Replace the device by another one; hosts notice only by its replies."""
         self._device = ("127.0.0.1", device_port)
 
     def stop(self) -> None:
-        """Ends it and waits for the end."""
+        """Stop the proxy, and wait until it has stopped."""
         self._ended.set()
         self.join(5)
 
 
 @contextlib.contextmanager
 def udp_proxied(device_port: int, to_device: Faults | None = None, to_host: Faults | None = None) -> Iterator[UdpProxy]:
-    """A device behind a network with these faults; without any the network is a good one."""
+    """Connect a device by a network with these faults; by default the network has none."""
     proxy = UdpProxy(device_port, to_device or Faults(), to_host or Faults())
     proxy.start()
     try:

@@ -3,19 +3,19 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""How much code a `compute` over UDP runs through: modules entered, and depth of the stack at the socket."""
+"""How short and flat a `compute` over UDP is: modules entered, and depth of the stack at the socket."""
 
 import contextlib
 import sys
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from litestereo import host_tools
 from litestereo.host_tools.core.settings import MatcherSettings
 from litestereo.host_tools.devices.connect import connect
-from support.pairs import generator, textured_pair
+from support.expected import SETTINGS, expect
+from support.pairs import pairs
 from support.udp_device import made_up_map, udp_device
 
 #: Most modules of the host tools that a `compute` may enter, and most of their frames on the stack at the socket.
@@ -24,11 +24,9 @@ MOST_FRAMES  = 8
 
 HOST_TOOLS = str(Path(host_tools.__file__).parent)
 
-SETTINGS = MatcherSettings(32, 7)
-
 
 class Trace:
-    """What this thread calls: `modules` entered, `calls` in all, and the `stacks` at the socket."""
+    """What this thread calls: the `modules` entered, the number of `calls`, and the `stacks` at the socket."""
 
     def __init__(self):
         self.modules = set()
@@ -57,6 +55,7 @@ class Trace:
 
 @contextlib.contextmanager
 def traced():
+    """Trace what this thread does inside."""
     trace = Trace()
     sys.setprofile(trace.note)
     try:
@@ -66,6 +65,7 @@ def traced():
 
 
 def check(trace):
+    """Print what was traced, for the report of a failure, and assert the limits."""
     for call, *names in sorted(trace.stacks, key=len):
         print(f"{len(names):2} {call}: {', '.join(names)}")
     print(f"deepest {len(trace.deepest)}: {', '.join(trace.deepest)}")
@@ -79,23 +79,23 @@ def check(trace):
 
 @pytest.mark.parametrize("computes", [0, 1])
 def test_compute_is_short_and_flat(computes):
-    """The first one, which sets the device up, and a later one."""
-    pair = textured_pair(64, 20, generator(96), 3)
+    """The first one, which configures the device, and a later one."""
+    (pair,) = pairs(1, 64, 20)
     with udp_device() as there, connect(there.url) as device:
         for _ in range(computes):
             device.compute(*pair, SETTINGS)
         with traced() as trace:
             result = device.compute(*pair, SETTINGS)
-    assert np.array_equal(result.disparity, made_up_map(*pair, SETTINGS))
+    expect(result, pair, expected=made_up_map)
     check(trace)
 
 
 def test_compute_with_other_settings_is_as_flat():
     """A change of the settings begins another session first."""
-    pair = textured_pair(64, 20, generator(97), 3)
+    (pair,) = pairs(1, 64, 20)
     with udp_device() as there, connect(there.url) as device:
         device.compute(*pair, MatcherSettings(16, 5))
         with traced() as trace:
             result = device.compute(*pair, SETTINGS)
-    assert np.array_equal(result.disparity, made_up_map(*pair, SETTINGS))
+    expect(result, pair, expected=made_up_map)
     check(trace)

@@ -14,7 +14,6 @@ import sys
 import textwrap
 import time
 
-import numpy as np
 import pytest
 
 from litestereo.host_tools.core.errors import DeviceError, DeviceRefused, LinkTimeout, SessionLost
@@ -26,30 +25,16 @@ from litestereo.host_tools.link.serial_framing import Demultiplexer, encode_fram
 from litestereo.host_tools.link.settings import LinkSettings
 from litestereo.host_tools.link.transports.tcp import TcpTransport
 from litestereo.host_tools.protocol import payloads
-from litestereo.host_tools.protocol.messages import CHUNK_BYTES, ErrorCode, Message, MessageType
+from litestereo.host_tools.protocol.messages import ErrorCode, Message, MessageType
 from litestereo.host_tools.protocol.payloads import FrameState
-from support.expected import expected_map
+from support.chunks import image_chunks
+from support.expected import SETTINGS, expect, expected_map
 from support.fault_proxy import Faults, proxied
 from support.native_device import native_device
-from support.pairs import byte_generator, generator, textured_pair
+from support.pairs import byte_generator, generator, pairs, textured_pair
 
 #: For a device that answers in milliseconds, on a line that loses a lot.
 QUICK = LinkSettings(timeout_floor_s=0.05, initial_bytes_per_s=1e6, max_tries=60, silence_limit_s=10.0)
-
-SETTINGS = MatcherSettings(32, 7)
-
-
-def pairs(count, width=110, height=60, salt=50):
-    rng = generator(salt)
-    return [textured_pair(width, height, rng, shift) for shift in range(3, 3 + count)]
-
-
-def chunk_count(width, height):
-    return 2*-(-width*height//CHUNK_BYTES)
-
-
-def expect(result, pair, settings=SETTINGS):
-    assert np.array_equal(result.disparity, expected_map(*pair, settings))
 
 
 @pytest.fixture(scope="module")
@@ -77,7 +62,7 @@ def test_maps_equal_the_model(shared_url, width, height, settings):
     assert 0 < result.first_row_clocks < result.clocks
     assert result.upload_s > 0 and result.match_s > 0 and result.download_s > 0
     uploads = [done for phase, done, _ in steps if phase == "upload"]
-    assert uploads == list(range(chunk_count(width, height) + 1))
+    assert uploads == list(range(image_chunks(width, height) + 1))
 
 
 def test_info_is_what_the_firmware_was_built_for():
@@ -107,7 +92,7 @@ def test_a_stream_of_pairs_of_all_sizes_comes_back_in_order(shared_url):
     for result, pair in zip(results, sent, strict=True):
         expect(result, pair)
     grown  = {name: after[name] - before[name] for name in after}
-    chunks = sum(chunk_count(*left.shape) for left, _ in sent)
+    chunks = sum(image_chunks(*left.shape) for left, _ in sent)
     assert (grown["frames_opened"], grown["frames_matched"], grown["frames_released"]) == (6, 6, 6)
     assert (grown["chunks_received"], grown["chunks_repeated"]) == (chunks, 0)
     assert grown["requests_refused"] == grown["crc_errors"] == grown["framing_errors"] == 0
@@ -123,7 +108,7 @@ def test_the_next_upload_overlaps_the_match():
         assert device.statistics()["chunks_while_matching"] == 0
         for result, pair in zip(device.stream(sent, SETTINGS), sent, strict=True):
             expect(result, pair)
-        assert device.statistics()["chunks_while_matching"] == 3*chunk_count(110, 60)
+        assert device.statistics()["chunks_while_matching"] == 3*image_chunks(110, 60)
 
 
 def test_the_next_upload_overlaps_the_download(shared_url):
@@ -135,7 +120,7 @@ def test_the_next_upload_overlaps_the_download(shared_url):
     assert sum(phase == "upload" for phase, _ in first_download) > 20
 
 
-def test_a_stream_dropped_half_way_leaves_no_frame_behind(shared_url):
+def test_a_stream_dropped_half_way_leaves_no_frame_open(shared_url):
     sent = pairs(3)
     with connect(shared_url) as device:
         before = device.statistics()
@@ -208,7 +193,7 @@ def test_a_bad_line_costs_time_but_no_pixel(seed):
         counted = device.statistics()
     assert (counted["sessions"], counted["frames_reclaimed"]) == (1, 0)
     assert counted["frames_opened"] == counted["frames_matched"] == counted["frames_released"] == 3
-    assert counted["chunks_received"] == 3*chunk_count(110, 60)
+    assert counted["chunks_received"] == 3*image_chunks(110, 60)
     assert counted["matcher_interrupts"] == 3
     assert counted["requests_refused"] == 0
     # All that was sent arrived whole, or was damaged and asked for again.
@@ -240,7 +225,7 @@ def test_replies_lost_entirely_make_the_device_count_repeats():
             expect(device.compute(*sent[0], SETTINGS), sent[0])
             to_host.rate = 0.0
             counted      = device.statistics()
-        assert counted["chunks_received"] == chunk_count(110, 60)
+        assert counted["chunks_received"] == image_chunks(110, 60)
         assert counted["messages_received"] > device.link_counters.requests
         assert counted["crc_errors"] == counted["framing_errors"] == 0
 
@@ -331,7 +316,7 @@ def test_a_host_that_waits_for_another_is_told_in_time(shared_url):
 
 
 def test_a_device_that_restarts_is_noticed():
-    """On a serial line nothing tells but the session that the device does not know any more."""
+    """On a serial line only a session that the device no longer knows shows it."""
     sent = pairs(6)
     with native_device() as first_port, native_device() as second_port, proxied(first_port) as line:
         with connect(line.url) as device, pytest.raises(SessionLost, match="restarted"):

@@ -21,12 +21,12 @@ from litestereo.host_tools.protocol.payloads import FrameState, FrameStatus
 WIDTH, HEIGHT = 100, 512
 CHUNKS        = 2*WIDTH*HEIGHT // 1024
 
-#: Chunks of a batch as long as nothing has been learnt.
+#: Chunks of a batch before anything has been learnt.
 BATCH = 16
 
 
 class ListLink:
-    """Link and channel: what is sent stands in `sent`, numbers of chunks, and in `calls`, the questions."""
+    """Link and channel: `sent` holds the numbers of the chunks that were sent, `calls` the requests after them."""
 
     def __init__(self):
         self.session   = 1
@@ -62,7 +62,7 @@ class ListLink:
         return sent
 
     def answer(self, wanted, state=FrameState.MATCHING, which=0):
-        """Answers a question, the oldest unless said otherwise: `wanted` is a chunk, or None."""
+        """Answer a request, by default the oldest: `wanted` is a chunk, or None."""
         call   = self.calls[which]
         offset = NO_OFFSET if wanted is None else 1024*wanted
         self.calls.remove(call)
@@ -115,7 +115,7 @@ def test_the_reply_to_a_later_question_answers_the_earlier_ones(link, sender):
     assert link.take_sent()[0] == 3*BATCH
 
 
-def test_behind_a_loss_everything_goes_once_more_and_only_once(link, sender):
+def test_after_a_loss_everything_is_sent_once_more_and_only_once(link, sender):
     link.take_sent()
     link.answer(5)
     sender.fill()
@@ -151,7 +151,7 @@ def test_the_end_of_the_frame_ends_all_questions(link, sender):
 
 
 @pytest.mark.parametrize("state", [FrameState.READY, FrameState.FAILED])
-def test_a_frame_that_is_not_matched_tells_nothing(link, sender, state):
+def test_the_status_of_a_frame_that_is_not_matched_is_ignored(link, sender, state):
     link.answer(None, state)
     assert not sender.done
 

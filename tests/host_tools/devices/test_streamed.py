@@ -12,24 +12,22 @@ import socket
 import threading
 import time
 
-import numpy as np
 import pytest
 
 from litestereo.host_tools.cli import main
 from litestereo.host_tools.core.errors import DeviceError, LinkTimeout, UnsupportedError, UrlError
 from litestereo.host_tools.core.settings import MatcherSettings
 from litestereo.host_tools.devices.connect import connect
-from litestereo.host_tools.link import timing
 from litestereo.host_tools.link.settings import LinkSettings
 from litestereo.host_tools.link.udp_channel import UdpChannel
 from litestereo.host_tools.protocol.messages import MessageType
-from support.expected import expected_map
+from support.chunks import image_chunks, pair_chunks
+from support.expected import SETTINGS, expect
 from support.native_device import native_ports, native_udp_device
-from support.pairs import byte_generator, generator, textured_pair
-from support.udp_faults import Faults
+from support.pairs import byte_generator, pairs
+from support.udp_faults import Faults, bad_ways
 from support.udp_proxy import udp_proxied
 
-SETTINGS = MatcherSettings(32, 7)
 STREAMED = "?mode=streamed"
 
 #: Matches of small frames that take longer than their parts need to leave.
@@ -42,7 +40,7 @@ class Enough(Exception):
 
 @contextlib.contextmanager
 def interrupted_after(seconds):
-    """Raises Enough in the main thread, wherever it is then."""
+    """Raise Enough in the main thread, wherever it is then."""
     def alarm(*_):
         raise Enough
 
@@ -53,30 +51,6 @@ def interrupted_after(seconds):
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0)
         signal.signal(signal.SIGALRM, before)
-
-
-@pytest.fixture
-def patient(monkeypatch):
-    """No reply is late because this computer is busy."""
-    monkeypatch.setattr(timing, "_FLOOR_S", 0.5)
-
-
-def pairs(count, width=110, height=60, salt=90):
-    rng = generator(salt)
-    return [textured_pair(width, height, rng, 3 + index % 20) for index in range(count)]
-
-
-def chunk_count(width, height):
-    return -(-2*width*height//1024)
-
-
-def expect(result, pair, settings=SETTINGS):
-    assert np.array_equal(result.disparity, expected_map(*pair, settings))
-
-
-def bad_ways(*salt):
-    """A direction to the device, and one back."""
-    return [Faults(0.05, 0.05, 0.1, 0.01, rng=byte_generator(91, *salt, way)) for way in (0, 1)]
 
 
 @pytest.fixture(scope="module")
@@ -95,7 +69,7 @@ def test_maps_equal_the_model(shared_url, width, height):
     expect(result, pair)
     assert result.clocks >= width*height
     assert result.upload_s > 0 and result.match_s > 0 and result.download_s > 0
-    chunks = chunk_count(width, height)
+    chunks = pair_chunks(width, height)
     for phase, total in (("upload", chunks), ("match", 1), ("download", chunks)):
         done = [step[1] for step in steps if step[0] == phase]
         assert done[0] == 0 and done[-1] == total and done == sorted(done)
@@ -104,21 +78,21 @@ def test_maps_equal_the_model(shared_url, width, height):
 
 @pytest.mark.parametrize("options", [(), SLOW])
 def test_a_good_network_needs_no_repair(options, patient):
-    """Every pair goes once, every part comes by itself, and nothing is stored."""
+    """Every pair is sent once, every part comes without a request, and nothing is stored."""
     sent = pairs(3) + pairs(2, 90, 40) + pairs(1, 200, 20)
     with native_udp_device(*options) as port, connect(f"udp://127.0.0.1:{port}{STREAMED}") as device:
         for result, pair in zip(device.stream(sent, SETTINGS), sent, strict=True):
             expect(result, pair)
         host    = device.link_counters
         counted = device.statistics()
-    chunks = sum(chunk_count(*left.shape) for left, _ in sent)
+    chunks = sum(pair_chunks(*left.shape) for left, _ in sent)
     assert (host.chunks_sent, host.parts_received) == (chunks, chunks)
     assert host.repairs == host.parts_repeated == 0
     assert (counted["frames_opened"], counted["frames_matched"], counted["frames_released"]) == (6, 6, 6)
     assert (counted["chunks_received"], counted["chunks_repeated"], counted["uploads_unfit"]) == (chunks, 0, 0)
 
 
-def test_the_next_frame_stands_in_line_while_one_is_matched(shared_url, patient):
+def test_the_next_frame_is_queued_while_one_is_matched(shared_url, patient):
     """One, and no more: a camera's pair is taken when it can be sent soon."""
     taken = []
 
@@ -141,23 +115,23 @@ def test_parts_that_never_leave_the_device_are_read():
         for result, pair in zip(device.stream(sent, SETTINGS), sent, strict=True):
             expect(result, pair)
         host = device.link_counters
-    parts = 8*chunk_count(110, 60)
+    parts = 8*pair_chunks(110, 60)
     assert host.parts_received == parts
     assert parts/4 < host.parts_asked_again < parts
 
 
-def test_a_map_of_which_nothing_comes_by_itself():
+def test_a_map_of_which_nothing_comes_without_a_request():
     (pair,) = pairs(1)
     with native_udp_device("--skip-parts", "1") as port, connect(f"udp://127.0.0.1:{port}{STREAMED}") as device:
         expect(device.compute(*pair, SETTINGS), pair)
-        assert device.link_counters.parts_asked_again == chunk_count(110, 60)
+        assert device.link_counters.parts_asked_again == pair_chunks(110, 60)
 
 
 @pytest.mark.parametrize(("seed", "frames"), [(0, 1000), (1, 120), (2, 120), (3, 120)])
 def test_many_small_frames_on_a_bad_network(seed, frames):
     """Datagrams are lost, doubled, delayed and changed on their way, in both directions, and some parts never leave."""
     sent = pairs(frames, 64, 20, 92)
-    ways = bad_ways(seed)
+    ways = bad_ways(91, seed)
     with (native_udp_device("--skip-parts", "20", *SLOW) as port, udp_proxied(port, *ways) as network,
           connect(network.url + STREAMED) as device):
         for result, pair in zip(device.stream(sent, SETTINGS), sent, strict=True):
@@ -166,7 +140,7 @@ def test_many_small_frames_on_a_bad_network(seed, frames):
         counted = device.statistics()
     for way in ways:
         assert min(way.lost, way.duplicated, way.reordered, way.flipped) > 0
-    chunks = frames*chunk_count(64, 20)
+    chunks = frames*pair_chunks(64, 20)
     assert (counted["sessions"], counted["frames_opened"], counted["frames_matched"]) == (1, frames, frames)
     assert counted["frames_failed"] == 0
     assert (host.chunks_sent, host.parts_received, counted["chunks_received"]) == (chunks, chunks, chunks)
@@ -175,7 +149,7 @@ def test_many_small_frames_on_a_bad_network(seed, frames):
 
 def test_a_large_frame_on_a_bad_network():
     (pair,) = pairs(1, 640, 400)
-    ways    = bad_ways(10)
+    ways    = bad_ways(91, 10)
     with (native_udp_device("--skip-parts", "20") as port, udp_proxied(port, *ways) as network,
           connect(network.url + STREAMED) as device):
         expect(device.compute(*pair, SETTINGS), pair)
@@ -184,7 +158,7 @@ def test_a_large_frame_on_a_bad_network():
 
 
 def test_a_single_loss_costs_what_was_on_its_way_and_no_more(patient):
-    """What the device took stays taken, and what came behind the loss goes once more."""
+    """What the device took stays taken, and what was sent after the loss is sent once more."""
     (pair,) = pairs(1, 640, 400)
 
     class LoseOne(Faults):
@@ -216,7 +190,7 @@ def test_a_network_that_loses_a_lot_in_one_direction(direction):
 
 def test_settings_that_change_on_a_bad_network():
     sent = pairs(12, 64, 20, 94)
-    ways = [Faults(0.02, 0.3, 0.3, rng=byte_generator(95, way)) for way in (0, 1)]
+    ways = bad_ways(95, loss=0.02, duplication=0.3, reordering=0.3, flips=0.0)
     with (native_udp_device() as port, udp_proxied(port, *ways) as network,
           connect(network.url + STREAMED) as device):
         for index, pair in enumerate(sent):
@@ -225,7 +199,7 @@ def test_settings_that_change_on_a_bad_network():
 
 
 def test_settings_that_change_while_frames_are_under_way(shared_url):
-    """A frame has the settings that it was put in line with, wherever those of the next one change."""
+    """A frame keeps the settings that it was queued with, whenever those of the next one change."""
     sent  = pairs(4)
     other = MatcherSettings(16, 5, median=True)
     with connect(shared_url) as device:
@@ -276,7 +250,7 @@ def test_an_error_in_mid_frame_leaves_the_device_usable(after):
         if phase == "upload" and done >= after:
             raise Enough
 
-    ways = bad_ways(20, after)
+    ways = bad_ways(91, 20, after)
     with (native_udp_device() as port, udp_proxied(port, *ways) as network,
           connect(network.url + STREAMED) as device):
         for _ in range(4):
@@ -302,7 +276,7 @@ def test_progress_that_raises_before_anything_is_sent_opens_no_frame(shared_url)
         expect(device.compute(*pair, SETTINGS), pair)
 
 
-def test_a_frame_that_nobody_feeds_is_released_by_the_one_behind_it():
+def test_a_frame_that_gets_no_pairs_is_released_by_the_next_one():
     """A STREAM that arrives after the RELEASE of its frame opens it, and it would keep the matcher for five seconds."""
     (pair,) = pairs(1)
 
@@ -336,8 +310,8 @@ def test_a_frame_that_nobody_feeds_is_released_by_the_one_behind_it():
     assert (counted["frames_opened"], counted["frames_failed"], counted["frames_released"]) == (2, 1, 2)
 
 
-def test_whoever_takes_his_time_loses_no_frame():
-    """The device gives a frame up that gets no pairs for five seconds, and the host begins it again."""
+def test_a_slow_caller_loses_no_frame():
+    """The device gives up a frame that gets no pairs for five seconds, and the host begins it anew."""
     sent = pairs(4)
     with native_udp_device() as port, connect(f"udp://127.0.0.1:{port}{STREAMED}") as device:
         results = device.stream(sent, SETTINGS)
@@ -438,7 +412,7 @@ def test_mode_stored_is_the_default(shared_url):
             before = device.statistics()["chunks_received"]
             expect(device.compute(*pair, SETTINGS), pair)
             # Both images in chunks of their own; pairs would be fewer.
-            assert device.statistics()["chunks_received"] - before == 2*-(-110*60//1024) > chunk_count(110, 60)
+            assert device.statistics()["chunks_received"] - before == image_chunks(110, 60) > pair_chunks(110, 60)
 
 
 def test_a_stream_request_of_a_released_frame_begins_nothing(shared_url):

@@ -10,6 +10,7 @@ import itertools
 import threading
 import time
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -24,40 +25,19 @@ from litestereo.host_tools.core.errors import (
 )
 from litestereo.host_tools.core.settings import MatcherSettings
 from litestereo.host_tools.devices.connect import connect
-from litestereo.host_tools.link import timing
 from litestereo.host_tools.link.settings import LinkSettings
 from litestereo.host_tools.protocol.messages import CHUNK_BYTES, MessageType
+from support import expected
 from support import udp_device as udp_device_module
-from support.pairs import byte_generator, generator, textured_pair
+from support.chunks import image_chunks, pair_chunks
+from support.expected import SETTINGS
+from support.pairs import byte_generator, pairs
 from support.udp_device import made_up_map, udp_device
-from support.udp_faults import Faults
+from support.udp_faults import Faults, bad_ways
 
-SETTINGS = MatcherSettings(32, 7)
-QUICK    = LinkSettings(silence_limit_s=1.0, hello_limit_s=1.0)
+QUICK = LinkSettings(silence_limit_s=1.0, hello_limit_s=1.0)
 
-
-@pytest.fixture
-def patient(monkeypatch):
-    """No reply is late because this computer is busy."""
-    monkeypatch.setattr(timing, "_FLOOR_S", 0.5)
-
-
-def pairs(count, width=64, height=20, salt=80):
-    rng = generator(salt)
-    return [textured_pair(width, height, rng, shift % 20) for shift in range(3, 3 + count)]
-
-
-def expect(result, pair, settings=SETTINGS):
-    assert np.array_equal(result.disparity, made_up_map(*pair, settings))
-
-
-def bad_ways(*salt, loss=0.05, duplication=0.05, reordering=0.1, flips=0.01):
-    """A direction to the device, and one back."""
-    return [Faults(loss, duplication, reordering, flips, rng=byte_generator(81, *salt, way)) for way in (0, 1)]
-
-
-def chunk_count(width, height):
-    return 2*-(-width*height//CHUNK_BYTES)
+expect = partial(expected.expect, expected=made_up_map)
 
 
 @pytest.mark.parametrize(("width", "height"), [(38, 7), (64, 16), (65, 33), (640, 480)])
@@ -68,9 +48,9 @@ def test_a_good_network_needs_no_repair(width, height, patient):
             expect(result, pair)
             assert result.upload_s > 0 and result.match_s > 0 and result.download_s > 0
         host = device.link_counters
-        assert device.statistics()["chunks_received"] == host.chunks_sent == 4*chunk_count(width, height)
+        assert device.statistics()["chunks_received"] == host.chunks_sent == 4*image_chunks(width, height)
         assert host.repairs == host.parts_repeated == 0
-        assert host.parts_received == 4*-(-2*width*height // CHUNK_BYTES)
+        assert host.parts_received == 4*pair_chunks(width, height)
         assert host.bytes_uploaded == host.bytes_downloaded == 4*2*width*height
         assert host.upload_s > 0 and host.download_s > 0
 
@@ -78,8 +58,8 @@ def test_a_good_network_needs_no_repair(width, height, patient):
 @pytest.mark.parametrize("seed", range(4))
 def test_many_small_frames_on_a_bad_network(seed):
     """Nothing is lost or swapped, and what was sent again is what had to be, or little more."""
-    sent = pairs(60)
-    to_device, to_host = bad_ways(seed)
+    sent = pairs(60, 64, 20)
+    to_device, to_host = bad_ways(81, seed)
     with udp_device(to_device, to_host) as there, connect(there.url) as device:
         for result, pair in zip(device.stream(sent, SETTINGS), sent, strict=True):
             expect(result, pair)
@@ -88,15 +68,15 @@ def test_many_small_frames_on_a_bad_network(seed):
     for faults in (to_device, to_host):
         for kind in ("lost", "duplicated", "reordered", "flipped"):
             assert getattr(faults, kind) > 0
-    chunks = 60*chunk_count(64, 20)
+    chunks = 60*image_chunks(64, 20)
     again  = counted["frames_opened"] - 60
     assert counted["sessions"] == 1
     assert counted["frames_matched"] == 60
     # A late copy of an OPEN opens a frame again, and late copies of its chunks may fill it.
     assert 0 <= again <= to_device.duplicated
-    assert chunks <= counted["chunks_received"] <= chunks + again*chunk_count(64, 20)
+    assert chunks <= counted["chunks_received"] <= chunks + again*image_chunks(64, 20)
     assert host.chunks_sent == chunks
-    assert host.parts_received == 60*3
+    assert host.parts_received == 60*pair_chunks(64, 20)
     # What the device counted on its way is in the reply, which is not yet counted itself.
     entered = to_device.carried - to_device.lost + to_device.duplicated
     assert counted["datagrams_received"] <= there.counters["datagrams_received"] <= entered
@@ -106,26 +86,27 @@ def test_many_small_frames_on_a_bad_network(seed):
 
 def test_a_large_frame_on_a_bad_network():
     (pair,) = pairs(1, 640, 400)
-    to_device, to_host = bad_ways(10)
+    to_device, to_host = bad_ways(81, 10)
     with udp_device(to_device, to_host) as there, connect(there.url) as device:
         expect(device.compute(*pair, SETTINGS), pair)
-        host, chunks = device.link_counters, chunk_count(640, 400)
+        host, chunks = device.link_counters, image_chunks(640, 400)
     assert 0 < host.chunks_sent_again < chunks/2
     assert 0 < host.parts_asked_again < chunks/2
 
 
 def test_settings_that_change_on_a_bad_network():
     """A late copy of the CONFIGURE before must not change a frame."""
-    sent   = pairs(40)
+    sent   = pairs(40, 64, 20)
     choice = [MatcherSettings(16, size) for size in (5, 7, 9)]
-    with udp_device(*bad_ways(11, loss=0.02, duplication=0.3, reordering=0.3)) as there, connect(there.url) as device:
+    ways   = bad_ways(81, 11, loss=0.02, duplication=0.3, reordering=0.3)
+    with udp_device(*ways) as there, connect(there.url) as device:
         for pair, settings in zip(sent, itertools.cycle(choice), strict=False):
             expect(device.compute(*pair, settings), pair, settings)
 
 
 def test_a_configure_that_comes_late_changes_no_frame():
     """The copy of the first one arrives when the second has been answered, before the frame is opened."""
-    sent, copies = pairs(2), []
+    sent, copies = pairs(2, 64, 20), []
     choice       = [MatcherSettings(16, 5), MatcherSettings(16, 9)]
     with udp_device() as there:
         receive = there._receive
@@ -207,7 +188,7 @@ def test_two_frames_are_under_way_while_one_is_matched():
 
 
 def test_a_device_with_one_slot():
-    sent = pairs(3)
+    sent = pairs(3, 64, 20)
     with udp_device(slots=1) as there, connect(there.url) as device:
         for result, pair in zip(device.stream(sent, SETTINGS), sent, strict=True):
             expect(result, pair)
@@ -220,18 +201,18 @@ def test_pairs_are_asked_for_one_by_one_and_may_share_their_memory():
 
     def camera():
         for count, pair in enumerate(sent):
-            assert device.link_counters.chunks_sent == count*chunk_count(110, 60)
+            assert device.link_counters.chunks_sent == count*image_chunks(110, 60)
             for place, image in zip(buffer, pair, strict=True):
                 place[:] = image
             yield tuple(buffer)
 
-    with udp_device(*bad_ways(12, loss=0.2)) as there, connect(there.url) as device:
+    with udp_device(*bad_ways(81, 12, loss=0.2)) as there, connect(there.url) as device:
         for result, pair in zip(device.stream(camera(), SETTINGS), sent, strict=True):
             expect(result, pair)
 
 
 def test_streams_and_questions_may_interleave():
-    sent = pairs(5)
+    sent = pairs(5, 64, 20)
     with udp_device() as there, connect(there.url) as device:
         for result, pair in zip(device.stream(sent, SETTINGS), sent, strict=True):
             expect(result, pair)
@@ -240,8 +221,8 @@ def test_streams_and_questions_may_interleave():
         assert there.counters["sessions"] == 1
 
 
-def test_a_stream_dropped_half_way_leaves_no_frame_behind():
-    sent = pairs(4)
+def test_a_stream_dropped_half_way_leaves_no_frame_open():
+    sent = pairs(4, 64, 20)
     with udp_device() as there, connect(there.url) as device:
         for _ in range(5):
             for result in device.stream(sent, SETTINGS):
@@ -252,7 +233,7 @@ def test_a_stream_dropped_half_way_leaves_no_frame_behind():
 
 
 def test_what_does_not_suit_the_device_ends_the_stream_and_not_the_session():
-    sent = pairs(2)
+    sent = pairs(2, 64, 20)
     wide = np.zeros((20, 1025), np.uint8)
     with udp_device() as there, connect(there.url) as device:
         stream = device.stream([sent[0], (wide, wide)], SETTINGS)
@@ -263,14 +244,14 @@ def test_what_does_not_suit_the_device_ends_the_stream_and_not_the_session():
 
 
 def test_slots_that_a_late_copy_took_are_taken_back():
-    """Frames that are through and open again, as an OPEN that comes late makes them."""
-    sent = pairs(4)
+    """Frames that were released and are open again, as a late copy of their OPEN makes them."""
+    sent = pairs(4, 64, 20)
     with udp_device() as there, connect(there.url) as device:
         list(device.stream(sent, SETTINGS))
         for frame_id in (1, 2, 3, 4):
             device._link.call(MessageType.OPEN, b"\x40\0\x14\0", frame_id)
-        stream = device.stream(pairs(6), SETTINGS)
-        for result, pair in zip(stream, pairs(6), strict=True):
+        stream = device.stream(pairs(6, 64, 20), SETTINGS)
+        for result, pair in zip(stream, pairs(6, 64, 20), strict=True):
             expect(result, pair)
 
 
@@ -279,15 +260,15 @@ def test_slots_that_are_really_taken_are_an_error():
         for frame_id in (1001, 1002):
             device._link.call(MessageType.OPEN, b"\x40\0\x14\0", frame_id)
         with pytest.raises(DeviceRefused, match="2 frame slots"):
-            device.compute(*pairs(1)[0], SETTINGS)
+            device.compute(*pairs(1, 64, 20)[0], SETTINGS)
         device._link.call(MessageType.RELEASE, frame_id=1001)
-        expect(device.compute(*pairs(1)[0], SETTINGS), pairs(1)[0])
+        expect(device.compute(*pairs(1, 64, 20)[0], SETTINGS), pairs(1, 64, 20)[0])
 
 
 # Other hosts.
 
 def test_a_second_host_waits_until_the_first_has_gone():
-    sent = pairs(1)
+    sent = pairs(1, 64, 20)
     with udp_device() as there, contextlib.ExitStack() as first:
         expect(first.enter_context(connect(there.url)).compute(*sent[0], SETTINGS), sent[0])
         timer = threading.Timer(0.8, first.close)
@@ -309,7 +290,7 @@ def test_a_second_host_that_has_waited_long_enough_says_so():
 
 
 def test_two_hosts_at_once_on_a_bad_network():
-    sent, errors = pairs(20), []
+    sent, errors = pairs(20, 64, 20), []
 
     def host(url):
         try:
@@ -319,7 +300,7 @@ def test_two_hosts_at_once_on_a_bad_network():
         except BaseException as error:
             errors.append(error)
 
-    with udp_device(*bad_ways(13)) as there:
+    with udp_device(*bad_ways(81, 13)) as there:
         hosts = [threading.Thread(target=host, args=(there.url,)) for _ in range(3)]
         for one in hosts:
             one.start()
@@ -400,7 +381,7 @@ def test_a_device_that_falls_silent_is_noticed(when):
 
 
 def test_a_network_that_carries_small_datagrams_only():
-    (pair,) = pairs(1)
+    (pair,) = pairs(1, 64, 20)
     patient = replace(QUICK, max_tries=5)
     with udp_device() as there, connect(there.url, patient) as device:
         there.ignored.add(MessageType.UPLOAD)
@@ -422,7 +403,7 @@ def test_a_part_of_a_map_that_is_none_is_an_error(change):
             device.compute(*pair, SETTINGS)
 
 
-def test_reads_for_which_there_is_no_place_in_line_are_asked_again(monkeypatch):
+def test_reads_that_the_device_cannot_queue_are_sent_again(monkeypatch):
     monkeypatch.setattr(udp_device_module, "_READS", 1)
     (pair,) = pairs(1, 640, 100)
     with udp_device(datagram_s=0.0005) as there, connect(there.url) as device:
@@ -450,4 +431,4 @@ def test_a_device_on_a_network_has_no_console():
     with udp_device() as there, connect(there.url) as device:
         with pytest.raises(DeviceError, match="serial line"):
             device.console("help")
-        expect(device.compute(*pairs(1)[0], SETTINGS), pairs(1)[0])
+        expect(device.compute(*pairs(1, 64, 20)[0], SETTINGS), pairs(1, 64, 20)[0])

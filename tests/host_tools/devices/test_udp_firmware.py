@@ -8,41 +8,18 @@
 import contextlib
 import threading
 
-import numpy as np
 import pytest
 
 from litestereo.host_tools.core.errors import DeviceError
 from litestereo.host_tools.core.settings import MatcherSettings
 from litestereo.host_tools.devices.connect import connect
-from litestereo.host_tools.link import timing
 from litestereo.host_tools.link.settings import LinkSettings
-from support.expected import expected_map
+from support.chunks import image_chunks, pair_chunks
+from support.expected import SETTINGS, expect
 from support.native_device import native_ports, native_udp_device
-from support.pairs import byte_generator, generator, textured_pair
-from support.udp_faults import Faults
+from support.pairs import pairs
+from support.udp_faults import bad_ways
 from support.udp_proxy import udp_proxied
-
-SETTINGS = MatcherSettings(32, 7)
-
-
-@pytest.fixture
-def patient(monkeypatch):
-    """No reply is late because this computer is busy."""
-    monkeypatch.setattr(timing, "_FLOOR_S", 0.5)
-
-
-def pairs(count, width=110, height=60, salt=70):
-    rng = generator(salt)
-    # Shifts that the settings cover: maps that are all invalid would not show which frame is which.
-    return [textured_pair(width, height, rng, 3 + index % 20) for index in range(count)]
-
-
-def chunk_count(width, height):
-    return 2*-(-width*height//1024)
-
-
-def expect(result, pair, settings=SETTINGS):
-    assert np.array_equal(result.disparity, expected_map(*pair, settings))
 
 
 @pytest.fixture(scope="module")
@@ -62,7 +39,7 @@ def test_maps_equal_the_model(shared_url, width, height):
     assert result.settings == SETTINGS
     assert result.clocks == width*height
     assert result.upload_s > 0 and result.match_s > 0 and result.download_s > 0
-    chunks, parts = chunk_count(width, height), -(-2*width*height//1024)
+    chunks, parts = image_chunks(width, height), pair_chunks(width, height)
     for phase, total in (("upload", chunks), ("match", 1), ("download", parts)):
         done = [step[1] for step in steps if step[0] == phase]
         assert done[0] == 0 and done[-1] == total and done == sorted(done)
@@ -79,7 +56,7 @@ def test_a_stream_of_pairs_of_all_sizes_comes_back_in_order(shared_url, patient)
     for result, pair in zip(results, sent, strict=True):
         expect(result, pair)
     grown  = {name: after[name] - before[name] for name in after}
-    chunks = sum(chunk_count(*left.shape) for left, _ in sent)
+    chunks = sum(image_chunks(*left.shape) for left, _ in sent)
     assert (grown["frames_opened"], grown["frames_matched"], grown["frames_released"]) == (6, 6, 6)
     assert (grown["chunks_received"], grown["chunks_repeated"]) == (chunks, 0)
     assert (host.chunks_sent, host.chunks_sent_again, host.parts_asked_again) == (chunks, 0, 0)
@@ -91,7 +68,7 @@ def test_a_stream_of_pairs_of_all_sizes_comes_back_in_order(shared_url, patient)
 def test_many_small_frames_on_a_bad_network(seed, frames):
     """Datagrams are lost, doubled, delayed and changed on their way, in both directions."""
     sent = pairs(frames, 64, 20, 71)
-    ways = [Faults(0.05, 0.05, 0.1, 0.01, rng=byte_generator(72, seed, way)) for way in (0, 1)]
+    ways = bad_ways(72, seed)
     with native_udp_device() as port, udp_proxied(port, *ways) as network, connect(network.url) as device:
         for result, pair in zip(device.stream(sent, SETTINGS), sent, strict=True):
             expect(result, pair)
@@ -99,13 +76,13 @@ def test_many_small_frames_on_a_bad_network(seed, frames):
         counted = device.statistics()
     for way in ways:
         assert min(way.lost, way.duplicated, way.reordered, way.flipped) > 0
-    chunks = frames*chunk_count(64, 20)
+    chunks = frames*image_chunks(64, 20)
     again  = counted["frames_opened"] - frames
     assert (counted["sessions"], counted["frames_matched"], counted["frames_failed"]) == (1, frames, 0)
     # A late copy of an OPEN opens a frame again, and late copies of its chunks may fill it.
     assert 0 <= again <= ways[0].duplicated
-    assert chunks <= counted["chunks_received"] <= chunks + again*chunk_count(64, 20)
-    assert (host.chunks_sent, host.parts_received) == (chunks, frames*3)
+    assert chunks <= counted["chunks_received"] <= chunks + again*image_chunks(64, 20)
+    assert (host.chunks_sent, host.parts_received) == (chunks, frames*pair_chunks(64, 20))
     assert counted["datagrams_malformed"] <= ways[0].flipped
     assert counted["datagrams_received"] <= ways[0].carried - ways[0].lost + ways[0].duplicated
     assert counted["datagrams_overrun"] == counted["mailbox_overrun"] == 0
@@ -113,7 +90,7 @@ def test_many_small_frames_on_a_bad_network(seed, frames):
 
 def test_settings_that_change_on_a_bad_network():
     sent = pairs(12, 64, 20, 73)
-    ways = [Faults(0.02, 0.3, 0.3, rng=byte_generator(74, way)) for way in (0, 1)]
+    ways = bad_ways(74, loss=0.02, duplication=0.3, reordering=0.3, flips=0.0)
     with native_udp_device() as port, udp_proxied(port, *ways) as network, connect(network.url) as device:
         for index, pair in enumerate(sent):
             settings = MatcherSettings(16, (5, 7, 9)[index % 3])

@@ -41,7 +41,7 @@ def native_url(link, *options):
 @pytest.mark.parametrize("link", ["tcp", "udp"])
 @pytest.mark.parametrize("length", [32, 1024, 1025, 50000, 256*1024 - 8])
 def test_update(link, length):
-    """The device comes back with the new version, and works as ever; the next host finds it as well."""
+    """The device comes back with the new version and works as before; the next host finds it too."""
     steps = []
     with native_url(link) as url:
         with connect(url) as device:
@@ -60,7 +60,7 @@ def test_update(link, length):
 
 
 def test_no_restart():
-    """The device goes on as it is; the same firmware once more is no work, and a restart starts it."""
+    """The device continues as it is; the same firmware again is no work, and a restart starts it."""
     with native_url("udp") as url, connect(url) as device:
         for _ in range(2):
             assert device.update_firmware(image(), restart=False).firmware_version == "0.1"
@@ -69,7 +69,7 @@ def test_no_restart():
 
 
 def test_a_settings_change_survives_the_restart():
-    """The device has forgotten its settings, and is told them again."""
+    """The device has forgotten its settings, and gets them again."""
     left, right = textured_pair(120, 50, generator(2))
     settings    = MatcherSettings(disparities=32, block_size=11)
     for link in ("tcp", "udp"):
@@ -99,7 +99,7 @@ def test_a_bad_network():
 
 
 def test_an_update_that_another_session_began():
-    """It goes on without its host; who wants the same finds it where it is."""
+    """It continues without its host; the next host that wants the same finds it in progress."""
     firmware = read_firmware(image(200000))
     with native_url("tcp", "--flash-busy", "20") as url:
         with connect(url) as device:
@@ -204,9 +204,9 @@ def test_command(link, tmp_path, capfd):
         assert capfd.readouterr() == ("LiteStereo: firmware 0.1 -> 1.2\n", "")
         path.write_bytes(image(version=3))
         assert run("update", path, "--device", url, "--json") == 0
-        told = json.loads(capfd.readouterr().out)
-        assert told == {"device": "LiteStereo", "url": url, "before": "1.2", "after": "0.3", "bytes": 5000,
-                        "restarted": True}
+        printed = json.loads(capfd.readouterr().out)
+        assert printed == {"device": "LiteStereo", "url": url, "before": "1.2", "after": "0.3", "bytes": 5000,
+                           "restarted": True}
         assert run("info", "--device", url) == 0
         out = capfd.readouterr().out
         assert "firmware 0.3" in out and "update" in out

@@ -13,7 +13,7 @@ from support.pairs import byte_generator
 
 
 class Clock:
-    """Time that goes when told to."""
+    """A clock that a test sets."""
 
     def __init__(self):
         self.now = 0.0
@@ -102,6 +102,6 @@ def test_noise_never_makes_a_message_and_never_sticks():
         demux    = Demultiplexer()
         received = demux.feed(rng.randbytes(rng.randrange(3000)))
         assert received == []
-        # Whatever state the noise left behind, the second of two frames comes through.
+        # In any state that the noise has left, the second of two frames is received.
         received = demux.feed(on_line(first) + on_line(second))
         assert received[-1:] == [second]

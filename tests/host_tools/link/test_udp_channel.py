@@ -19,7 +19,6 @@ from litestereo.host_tools.core.settings import MatcherSettings
 from litestereo.host_tools.devices.connect import connect
 from litestereo.host_tools.devices.udp.download import GapEstimate
 from litestereo.host_tools.devices.udp.upload import UploadWindow
-from litestereo.host_tools.link import timing
 from litestereo.host_tools.link.link import Link
 from litestereo.host_tools.link.settings import LinkSettings
 from litestereo.host_tools.link.timing import RoundTrip
@@ -49,7 +48,7 @@ def pair_of_ends():
 
 
 class ScriptedPeer(threading.Thread):
-    """Answers each request, in a thread of its own, with what a script makes of it: messages, or none."""
+    """Answers each request, in another thread, with the messages that a script makes of it, or none."""
 
     def __init__(self, script):
         super().__init__(daemon=True)
@@ -89,12 +88,6 @@ def linked(script, settings=QUICK):
         link.hello()
         yield link, peer
     peer.stop()
-
-
-@pytest.fixture
-def patient(monkeypatch):
-    """No reply is late because this computer is busy."""
-    monkeypatch.setattr(timing, "_FLOOR_S", 0.3)
 
 
 def test_a_datagram_is_a_message_and_nothing_else():
@@ -230,7 +223,7 @@ def test_only_what_is_late_is_sent_again(patient):
         seen.append(request.payload)
         return [] if request.payload == b"lost" and seen.count(b"lost") < 3 else [request.reply()]
 
-    with linked(script) as (link, _):
+    with linked(script, replace(QUICK, silence_limit_s=3.0)) as (link, _):
         calls = [link.submit(MessageType.STATUS, payload, 1) for payload in (b"a", b"lost", b"b")]
         link.wait(calls)
     assert sorted(seen) == [b"a", b"b", b"lost", b"lost", b"lost"]
@@ -364,7 +357,7 @@ def mutations(rng, seeds, count):
         elif kind == 2:
             del data[rng.randrange(len(data)):]
         if kind == 3 or rng.random() < 0.5:
-            # With a CRC that is right: what stands in the message is random all the same.
+            # With a correct CRC: the content of the message is random all the same.
             body = bytearray(data[:-4]).ljust(24, b"\0")
             for _ in range(rng.randrange(4)):
                 body[rng.randrange(2, 24)] = rng.randrange(256)

@@ -133,7 +133,7 @@ LINE = st.lists(BYTES | MESSAGE.map(lambda message: encode_frame(message.encode(
 @thorough
 @given(LINE, st.lists(st.integers(0, 4000), max_size=6), MESSAGE)
 def test_a_line_is_the_same_in_any_pieces(line, cuts, last):
-    """Pieces change nothing, no byte is of two kinds, and the second of two frames comes through whatever came."""
+    """Pieces change nothing, no byte counts twice, and after any bytes the second of two frames is received."""
     whole, parts = Demultiplexer(clock=lambda: 0.0), Demultiplexer(clock=lambda: 0.0)
     expected     = whole.feed(line)
     found        = []

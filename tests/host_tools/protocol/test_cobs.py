@@ -24,7 +24,7 @@ def encode_by_definition(data: bytes) -> bytes:
             if len(block) == 254:
                 blocks.append(b"\xff" + block)
                 block = bytearray()
-    # The appended zero needs no block of its own when a full block ends the data.
+    # The appended zero needs no further block when a full block ends the data.
     if blocks[-1] == b"\x01" and len(blocks) > 1 and blocks[-2][0] == 0xff:
         blocks.pop()
     return b"".join(blocks)

@@ -64,7 +64,7 @@ def test_every_vector_decodes_to_its_message():
 
 
 def test_layout_by_hand():
-    """The header's fields stand where the document puts them."""
+    """The header's fields are where the document puts them."""
     body  = bytes.fromhex("4c53 01 04 78563412 05000000 07000000 00040000 03000000".replace(" ", "")) + b"abc"
     plain = body + struct.pack("<I", zlib.crc32(body))
     assert Message(MessageType.UPLOAD, 0x12345678, 5, 7, 1024, b"abc").encode() == plain
@@ -174,10 +174,10 @@ def test_documented_capabilities_and_status():
             assert int(row[0]) == offset, row
             offset += sizes[row[1]]
         assert offset == len(payload)
-    names = [row[2].split(",")[0] for row in table("Capabilities")]
-    told  = CAPABILITIES.pack()
+    names  = [row[2].split(",")[0] for row in table("Capabilities")]
+    packed = CAPABILITIES.pack()
     for row, name in zip(table("Capabilities"), names, strict=True):
-        value = told[int(row[0]):int(row[0]) + sizes[row[1]]]
+        value = packed[int(row[0]):int(row[0]) + sizes[row[1]]]
         field = getattr(CAPABILITIES, name.split()[0])
         assert value == (field.encode().ljust(16, b"\0") if isinstance(field, str) else
                          field.to_bytes(len(value), "little")), name
