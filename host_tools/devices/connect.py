@@ -55,6 +55,8 @@ def connect(url: str, link_settings: LinkSettings | None = None) -> Device:
         The URL cannot be understood.
     DeviceError
         There is no device, it is in use, or it does not answer.
+    MissingExtraError
+        `cosim:` or `sim:` without the packages of the extra `gateware`.
     UnsupportedError
         It was not built for streamed frames, and they are asked for.
     ProtocolError

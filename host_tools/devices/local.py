@@ -164,7 +164,10 @@ def open_model(url: DeviceUrl) -> LocalDevice:
 
 
 def open_cosim(url: DeviceUrl) -> LocalDevice:
-    """The device `cosim:`; raises UrlError if an option is wrong, DeviceError if it cannot be built."""
+    """The device `cosim:`; raises UrlError if an option is wrong, DeviceError if it cannot be built.
+
+    Without the extra `gateware` it raises MissingExtraError.
+    """
     url.check_options("disparities", "max_width", "max_block_size")
     width       = url.integer("max_width", _COSIM_MAX_WIDTH)
     disparities = _disparities(url, DEFAULT_DISPARITIES)
