@@ -14,11 +14,11 @@ from pathlib import Path
 
 def stub_wheel(folder: Path, name: str, version: str = "1.0") -> str:
     """Write a wheel of a package without contents; return its sha256."""
-    name = name.replace("-", "_")
-    path = folder / f"{name}-{version}-py3-none-any.whl"
+    stem = f"{name.replace('-', '_')}-{version}"
+    path = folder / f"{stem}-py3-none-any.whl"
     with zipfile.ZipFile(path, "w") as file:
         for part, text in (("METADATA", f"Metadata-Version: 2.1\nName: {name}\nVersion: {version}\n"),
                            ("WHEEL", "Wheel-Version: 1.0\nRoot-Is-Purelib: true\nTag: py3-none-any\n"),
                            ("RECORD", "")):
-            file.writestr(f"{name}-{version}.dist-info/{part}", text)
+            file.writestr(f"{stem}.dist-info/{part}", text)
     return hashlib.sha256(path.read_bytes()).hexdigest()
