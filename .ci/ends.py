@@ -38,21 +38,19 @@ NO_NETWORK = 75
 
 #: Tests that run at both ends, on the installed wheel: against cv2.StereoBM first, then what OpenCV and NumPy do for
 #: the host tools, and the program in the README.
-TESTS = ("tests/sim/test_stereobm.py",
-         "tests/sim/test_model.py",
-         "tests/host_tools/test_export_maps.py",
-         "tests/host_tools/test_images.py",
-         "tests/host_tools/test_matchers.py",
-         "tests/host_tools/test_opencv.py",
-         "tests/host_tools/test_rectify.py",
-         "tests/host_tools/test_stereo_bm.py",
+TESTS = ("tests/sim/models",
+         "tests/host_tools/core",
+         "tests/host_tools/cameras/test_rectify.py",
+         "tests/host_tools/devices/test_stereo_bm.py",
+         "tests/host_tools/evaluation/test_matchers.py",
+         "tests/host_tools/export/test_export_maps.py",
          "tests/host_tools/test_python_api.py::test_the_program_in_the_readme")
 
 #: Writes a pair into the working directory; prints what a base installation has loaded for the model.
 PREPARE = """
 import sys
-import litestereo.host_tools.devices.local, litestereo.sim.stereobm
-print(litestereo.sim.stereobm.__file__)
+import litestereo.host_tools.devices.local, litestereo.sim.models.stereo_bm
+print(litestereo.sim.models.stereo_bm.__file__)
 print(*sorted({name.partition(".")[0] for name in sys.modules}))
 import cv2
 from support.pairs import generator, textured_pair
@@ -112,14 +110,14 @@ def interpreter(end: End) -> str:
 
 
 def run(*command: str | Path, cwd: Path, **variables: str) -> str:
-    """Run a command without the variables that lead to another Python, and return what it printed.
+    """Run a command without the variables of another Python or pytest, and return what it printed.
 
     Raises
     ------
     EndError
         It failed.
     """
-    environment = {name: value for name, value in os.environ.items() if not name.startswith("PYTHON")}
+    environment = {name: value for name, value in os.environ.items() if not name.startswith(("PYTHON", "PYTEST"))}
     done = subprocess.run(command, cwd=cwd, env=environment | variables, capture_output=True, text=True, check=False,
                           timeout=STEP_S)
     if done.returncode:
