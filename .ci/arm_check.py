@@ -6,8 +6,8 @@
 """Match a pair with the host tools for 64-bit Arm, on this computer (make arm-check).
 
 Debian's Python for arm64 and what it needs are unpacked into a folder, the locked packages for aarch64 and the wheel of
-this checkout into another, and qemu runs them. apt works on a state of its own: no architecture is added to the system,
-and nothing is installed. The map must be the same file as this computer's.
+this checkout into another, and qemu runs them. apt gets a separate state: no architecture is added to the system, and
+nothing is installed. The map must be the same file as this computer's.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ Dir::State "{folder}/state";
 Dir::State::status "{folder}/status";
 """
 
-#: Debian packages besides what they need: the wheels bring no C++ library with them.
+#: Debian packages; apt adds what they need. The wheels bring no C++ library with them.
 PACKAGES = ("python3", "libstdc++6")
 
 #: Platforms whose wheels run on Debian's C library, the newest first.

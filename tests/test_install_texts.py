@@ -38,18 +38,22 @@ WHEEL  = re.compile(rf"litestereo-{re.escape(PROJECT['version'])}(\+noopencv)?-p
 #: Options of pip that may be in a command.
 OPTIONS = {"--editable", "--no-deps", "--force-reinstall"}
 
-OPENCV = {*opencv.DISTRIBUTIONS, opencv.REQUIREMENT}
+
+def is_opencv(word):
+    """Whether a word is one of the packages of OpenCV, with versions or without."""
+    return re.split("[<>=]", word)[0] in opencv.DISTRIBUTIONS
 
 
 def wrong(command):
     """What is wrong with a command `... pip install ...` or `... pip uninstall ...`, or "" if it works."""
     before, _, after = command.partition(" install ")
     if not after:
-        return "" if {*command.partition(" uninstall ")[2].split()} <= OPENCV else "neither installs nor removes OpenCV"
+        removed = command.partition(" uninstall ")[2].split()
+        return "" if all(map(is_opencv, removed)) else "neither installs nor removes OpenCV"
     if re.search(r"(?<!['\w])[^' ]*\[", re.sub(r"'[^']*'", "", after)):
         return "brackets are a pattern of the shell: quote them"
     for word in shlex.split(after):
-        if word in OPTIONS | OPENCV:
+        if word in OPTIONS or is_opencv(word):
             continue
         found  = TARGET.fullmatch(word)
         path   = Path(found["what"])
@@ -95,7 +99,7 @@ def test_documents():
 
 
 def test_nothing_else_names_an_index():
-    """No text has an extra of the name alone, and no source a command of its own."""
+    """No text has an extra of the name alone, and no source spells a command itself."""
     for name, text in documents().items():
         assert not re.search(r"litestereo\[", text), name
         if not name.endswith(".md"):

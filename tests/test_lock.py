@@ -92,7 +92,7 @@ def test_all_extras():
 
 @pytest.mark.parametrize("name", WANTED)
 def test_pins(name):
-    """Every pin is in the lock at its version, every range at one of its own; a package has one version, and hashes."""
+    """Every pin is in the lock at its version, every range at one inside it; a package has one version, and hashes."""
     packages = locked((LOCKS / f"{name}.txt").read_text())
     assert packages
     for requirement, hashes in packages.values():
@@ -128,7 +128,7 @@ def test_ranges():
 
 
 def test_one_release():
-    """A package that stands in two locks is the same release in both, but for those of the low end."""
+    """A package in two locks is the same release in both, but for those of the low end."""
     releases = {}
     for name in sorted(set(WANTED) - {"low"}):
         for package, (requirement, hashes) in locked((LOCKS / f"{name}.txt").read_text()).items():
