@@ -36,14 +36,19 @@ STEP_S = 600
 #: Exit status if a package is not to be had because there is no network.
 NO_NETWORK = 75
 
-#: Tests that run at both ends, on the installed wheel: against cv2.StereoBM first, then what OpenCV and NumPy do for
-#: the host tools, and the program in the README.
+#: Tests that run at both ends, on the installed wheel: against cv2.StereoBM first, then what each of the packages does
+#: for the host tools, and the program in the README.
 TESTS = ("tests/sim/models",
          "tests/host_tools/core",
+         "tests/host_tools/cameras/test_camera_info.py",
          "tests/host_tools/cameras/test_rectify.py",
+         "tests/host_tools/cli/test_cli.py",
+         "tests/host_tools/cli/test_cli_bench.py",
          "tests/host_tools/devices/test_stereo_bm.py",
          "tests/host_tools/evaluation/test_matchers.py",
          "tests/host_tools/export/test_export_maps.py",
+         "tests/host_tools/link/test_transports.py",
+         "tests/host_tools/live",
          "tests/host_tools/test_python_api.py::test_the_program_in_the_readme")
 
 #: Writes a pair into the working directory; prints what a base installation has loaded for the model.
