@@ -75,6 +75,9 @@ example: install ## Run a program of firmware/examples in simulation [EXAMPLE]
 bench: install ## Measure clocks in simulation, print a table and write build/bench.json
 	@$(PYTHON) -m litestereo.sim.bench
 
+wheel: install ## Build the wheels into dist: with OpenCV, and without
+	@$(PYTHON) .ci/wheel.py
+
 clean: ## Remove all builds, but not .venv
 	rm -rf build
 
@@ -91,6 +94,12 @@ test-long: install ## Run the tests that make test leaves out [TESTS JOBS COUNT]
 lint: install ## Run the linters
 	@$(PYTHON) -m ruff check .
 	@$(PYTHON) -m mypy
+
+ends: install ## Test the wheel with the oldest and the newest releases that it allows (needs a network)
+	@$(PYTHON) .ci/ends.py
+
+arm-check: install ## Match a pair with the packages for 64-bit Arm in qemu (needs a network and qemu-user)
+	@$(PYTHON) .ci/arm_check.py
 
 ##@ Boards
 
@@ -171,5 +180,6 @@ mutation: install ## Put 50 small faults into the gateware, and check that the t
 reproduce: install ## Build the firmware twice, in two folders, and compare the binaries
 	@$(PYTHON) -m litestereo.soc.release.reproduce
 
-.PHONY: help install demo sim example bench clean test test-long lint boards bitstream load flash boards-sim boards-check \
-	boards-doc resources network thesis sbom coverage lock sweep formal fuzz fuzz-firmware soak mutation reproduce
+.PHONY: help install demo sim example bench wheel clean test test-long lint ends arm-check boards bitstream load flash \
+	boards-sim boards-check boards-doc resources network thesis sbom coverage lock sweep formal fuzz fuzz-firmware soak \
+	mutation reproduce

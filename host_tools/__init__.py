@@ -7,6 +7,7 @@ The names below can be imported from here; each loads its module when it is firs
 from __future__ import annotations
 
 import importlib
+import sys
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -51,7 +52,15 @@ _MODULES = {
 def __getattr__(name: str) -> Any:
     if name not in _MODULES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(importlib.import_module(f".{_MODULES[name]}", __name__), name)
+    try:
+        module = importlib.import_module(f".{_MODULES[name]}", __name__)
+    except ModuleNotFoundError as error:
+        if error.name == "cv2":
+            importlib.import_module(".core.opencv", __name__).check_opencv() # Raises: what is missing, what to do.
+        raise
+    if sys.modules.get("cv2"):
+        importlib.import_module(".core.opencv", __name__).warn_once()
+    return getattr(module, name)
 
 
 def __dir__() -> list[str]:

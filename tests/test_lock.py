@@ -7,29 +7,39 @@
 
 from __future__ import annotations
 
-import hashlib
 import os
 import re
 import shutil
 import subprocess
 import tomllib
-import zipfile
 from importlib.metadata import PackageNotFoundError, distribution
 from pathlib import Path
 
 import pytest
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
+from packaging.version import Version
+
+from support.stub_wheel import stub_wheel
 
 CHECKOUT = Path(__file__).parents[1]
 LOCKS    = CHECKOUT / ".ci" / "lock"
 PROJECT  = tomllib.loads((CHECKOUT / "pyproject.toml").read_text())
 PYTHONS  = ("3.11", "3.12", "3.13", "3.14")
 
+BASE     = PROJECT["project"]["dependencies"]
+EXTRAS   = PROJECT["project"]["optional-dependencies"]
+
 #: Requirements of each lock.
 WANTED = {"build": PROJECT["build-system"]["requires"],
-          "test": [*PROJECT["project"]["dependencies"], *PROJECT["project"]["optional-dependencies"]["test"]],
-          **{extra: PROJECT["project"]["optional-dependencies"][extra] for extra in ("fpga", "lock")}}
+          "test": [*BASE, *EXTRAS["test"]],
+          **{extra: EXTRAS[extra] for extra in ("fpga", "lock")},
+          "low": BASE,
+          "high": BASE,
+          "ends": [one for one in EXTRAS["test"] if one.startswith("pytest==")]}
+
+#: The Python that a lock is for, of those that are not for Python 3.11 and later.
+PYTHON = {"low": "3.10", "high": "3.13", "ends": "3.10"}
 
 
 def locked(text):
@@ -47,7 +57,7 @@ def pins(names):
     for requirement in map(Requirement, names):
         if requirement.name == "litestereo":
             for extra in requirement.extras:
-                yield from pins(PROJECT["project"]["optional-dependencies"][extra])
+                yield from pins(EXTRAS[extra])
         else:
             yield requirement
 
@@ -75,29 +85,52 @@ def needs(requirements, python):
 
 def test_all_extras():
     """Each extra is in a lock: its own, or that of the tests."""
-    extras = PROJECT["project"]["optional-dependencies"]
-    within = re.search(r"litestereo\[(.*)\]", extras["test"][0]).group(1).split(",")
-    assert set(extras) == set(WANTED) - {"build"} | set(within)
+    within = re.search(r"litestereo\[(.*)\]", EXTRAS["test"][0]).group(1).split(",")
+    assert set(EXTRAS) == set(WANTED) - {"build", *PYTHON} | set(within)
     assert {path.stem for path in LOCKS.iterdir()} == set(WANTED)
 
 
 @pytest.mark.parametrize("name", WANTED)
 def test_pins(name):
-    """Every pin is in the lock at its version; every package there has one version, and hashes."""
+    """Every pin is in the lock at its version, every range at one inside it; a package has one version, and hashes."""
     packages = locked((LOCKS / f"{name}.txt").read_text())
     assert packages
     for requirement, hashes in packages.values():
         assert re.fullmatch(r"==[^*]+", str(requirement.specifier)), requirement
         assert hashes and all(re.fullmatch(r"[0-9a-f]{64}", one) for one in hashes), requirement
     for pin in pins(WANTED[name]):
+        if pin.marker and not pin.marker.evaluate({"python_version": PYTHON.get(name, "3.11")}):
+            continue
         requirement, _ = packages[canonicalize_name(pin.name)]
-        assert requirement.specifier == pin.specifier, f"{pin} is not what .ci/lock/{name}.txt has: run make lock"
+        exact = len(pin.specifier) == 1 and next(iter(pin.specifier)).operator == "=="
+        if exact:
+            assert requirement.specifier == pin.specifier, f"{pin} is not what .ci/lock/{name}.txt has: run make lock"
+        else:
+            assert pin.specifier.contains(version(requirement)), f"{pin}: .ci/lock/{name}.txt is stale: run make lock"
+
+
+def version(requirement):
+    """The one version of a requirement `name==version`."""
+    (specifier,) = requirement.specifier
+    return specifier.version
+
+
+def test_ranges():
+    """What the host tools need is a range with two ends: low.txt has the lower one, high.txt what the tests have."""
+    low, high, test = (locked((LOCKS / f"{name}.txt").read_text()) for name in ("low", "high", "test"))
+    for one in map(Requirement, BASE):
+        name = canonicalize_name(one.name)
+        ends = {specifier.operator: Version(specifier.version) for specifier in one.specifier}
+        assert set(ends) == {">=", "<"}, one
+        assert Version(version(low[name][0])).release[:len(ends[">="].release)] == ends[">="].release, one
+        assert high[name][0].specifier == test[name][0].specifier
+    assert PROJECT["project"]["requires-python"] == f">={PYTHON['low']}"
 
 
 def test_one_release():
-    """A package that stands in two locks is the same release in both."""
+    """A package in two locks is the same release in both, but for those of the low end."""
     releases = {}
-    for name in WANTED:
+    for name in sorted(set(WANTED) - {"low"}):
         for package, (requirement, hashes) in locked((LOCKS / f"{name}.txt").read_text()).items():
             assert releases.setdefault(package, (requirement.specifier, hashes)) == (requirement.specifier, hashes)
 
@@ -111,17 +144,6 @@ def test_complete(python):
         assert marker is None or marker.evaluate({"python_version": python, "python_full_version": f"{python}.0"}), name
 
 
-def wheel(folder, name):
-    """Write a wheel of a package without contents; returns its sha256."""
-    path = folder / f"{name}-1.0-py3-none-any.whl"
-    with zipfile.ZipFile(path, "w") as file:
-        for part, text in (("METADATA", f"Metadata-Version: 2.1\nName: {name}\nVersion: 1.0\n"),
-                           ("WHEEL", "Wheel-Version: 1.0\nRoot-Is-Purelib: true\nTag: py3-none-any\n"),
-                           ("RECORD", "")):
-            file.writestr(f"{name}-1.0.dist-info/{part}", text)
-    return hashlib.sha256(path.read_bytes()).hexdigest()
-
-
 @pytest.mark.long
 def test_wrong_hash(tmp_path):
     """.ci/install takes a file with the right hash, and stops at a wrong one."""
@@ -129,9 +151,9 @@ def test_wrong_hash(tmp_path):
     locks.mkdir(parents=True)
     shutil.copy(CHECKOUT / ".ci" / "install", tmp_path / ".ci")
     shutil.copy(CHECKOUT / "pyproject.toml", tmp_path)
-    right = wheel(tmp_path, "mortar")
+    right = stub_wheel(tmp_path, "mortar")
     wrong = right[::-1]
-    (locks / "build.txt").write_text(f"brick==1.0 --hash=sha256:{wheel(tmp_path, 'brick')}\n")
+    (locks / "build.txt").write_text(f"brick==1.0 --hash=sha256:{stub_wheel(tmp_path, 'brick')}\n")
     (locks / "test.txt").write_text(f"mortar==1.0 --hash=sha256:{wrong}\n")
     result = subprocess.run([tmp_path / ".ci" / "install"], capture_output=True, text=True, check=False,
                             env=os.environ | {"PIP_FIND_LINKS": str(tmp_path), "PIP_NO_INDEX": "1"})

@@ -7,14 +7,16 @@
 
 from __future__ import annotations
 
+import email
 import os
-import shutil
 import subprocess
 import sys
 import zipfile
 from pathlib import Path
 
 import pytest
+
+from support.scripts import script
 
 CHECKOUT = Path(__file__).parents[1]
 
@@ -38,17 +40,21 @@ def files(*folders):
 
 
 @pytest.fixture(scope="module")
-def wheel(tmp_path_factory):
-    """Built without a network, from the setuptools that the test extra installs."""
-    folder = tmp_path_factory.mktemp("wheel")
-    # From a copy: setuptools leaves its own traces where it builds.
-    for name in files("."):
-        (folder / "source" / name).parent.mkdir(parents=True, exist_ok=True)
-        shutil.copy(CHECKOUT / name, folder / "source" / name)
-    subprocess.run([sys.executable, "-m", "pip", "wheel", "--quiet", "--no-deps", "--no-build-isolation", "--no-index",
-                    "--wheel-dir", folder, folder / "source"], check=True)
-    (path,) = folder.glob("litestereo-*.whl")
-    return path
+def wheels(tmp_path_factory):
+    """Both, built without a network, from the setuptools that the test extra installs."""
+    return script("wheel").wheels(tmp_path_factory.mktemp("wheel"))
+
+
+@pytest.fixture(scope="module")
+def wheel(wheels):
+    return wheels[0]
+
+
+def metadata(wheel):
+    """The metadata of a wheel."""
+    with zipfile.ZipFile(wheel) as file:
+        (name,) = (name for name in file.namelist() if name.endswith(".dist-info/METADATA"))
+        return email.message_from_bytes(file.read(name))
 
 
 def test_contents(wheel):
@@ -57,6 +63,27 @@ def test_contents(wheel):
     inside = {name.removeprefix("litestereo/") for name in zipfile.ZipFile(wheel).namelist()}
     assert listed
     assert not [name for name in listed if name not in inside]
+
+
+def test_two_wheels(wheels):
+    """They differ in the version and in the requirement of OpenCV, and in nothing else; LiteX is an extra's."""
+    plain, without = map(metadata, wheels)
+    assert without["Version"] == plain["Version"] + "+noopencv"
+    lost = {*plain.get_all("Requires-Dist")} ^ {*without.get_all("Requires-Dist")}
+    assert {line.partition("-")[0] for line in lost} == {"opencv"} and len(lost) == 1
+    base = [line for line in plain.get_all("Requires-Dist") if "extra ==" not in line]
+    assert len(base) == 6 and not [line for line in base if line.startswith(("lite", "migen", "pythondata"))]
+    inside = [{entry.filename: entry.CRC for entry in zipfile.ZipFile(path).infolist()
+               if ".dist-info/" not in entry.filename} for path in wheels]
+    assert inside[0] == inside[1] and len(inside[0]) > 100
+
+
+def test_opencv_of_the_project():
+    """A project file that has no OpenCV, or two, is refused."""
+    text = (CHECKOUT / "pyproject.toml").read_text()
+    for wrong in (text.replace('"opencv-', '"opencv_'), text.replace('"numpy>', '"opencv-python>')):
+        with pytest.raises(ValueError, match="has not one version and one OpenCV"):
+            script("wheel").without_opencv(wrong)
 
 
 @pytest.mark.long

@@ -13,6 +13,7 @@ import sys
 from collections.abc import Sequence
 
 from ..core.errors import LiteStereoError, UsageError
+from ..core.opencv import check_opencv
 from .arguments import Parser
 
 SUCCESS     = 0
@@ -81,6 +82,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Wrong usage ends in SystemExit with status 2, `--help` and `--version` with 0, as argparse does it.
     """
     try:
+        if warning := check_opencv():
+            print(f"litestereo: warning: {warning}", file=sys.stderr)
         options = _parser().parse_args(arguments)
         status: int = options.run(options)
         sys.stdout.flush()

@@ -15,6 +15,7 @@ import time
 from pathlib import Path
 
 from ..core.errors import UsageError
+from ..core.extras import install_command
 from ..core.images import write_png
 from ..core.settings import MatcherSettings
 from ..data.sources import open_source
@@ -44,8 +45,9 @@ examples:
 sources:
 {SOURCES}
 
-Shown are left, right and disparity, and with --calibration depth and points in metres. Rerun is needed for all but
---montage: pip install litestereo[view]. A file is opened with `rerun out.rrd`. Ctrl-C ends the stream, with status 0.
+Shown are left, right and disparity, and with --calibration depth and points in metres. A file is opened with
+`rerun out.rrd`. Ctrl-C ends the stream, with status 0. Rerun is needed for all but --montage:
+  {install_command("view")}
 """
 
 

@@ -50,6 +50,10 @@ class MissingExtraError(LiteStereoError):
     """A package that only some commands need, and that is not installed."""
 
 
+class OpenCVError(LiteStereoError):
+    """OpenCV is not installed: there is no module `cv2`."""
+
+
 class ViewerError(LiteStereoError):
     """A viewer that cannot be started or reached, or a recording that cannot be written."""
 

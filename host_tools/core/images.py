@@ -112,7 +112,7 @@ def read_colour(path: Path) -> NDArray[np.uint8]:
 
 def disparity_pixels(disparity: NDArray[np.int16], invalid: int = INVALID) -> NDArray[np.float32]:
     """Disparity map (int16, H x W, sixteenths) in pixels: float32, H x W, nan where it is `invalid` or less."""
-    pixels = disparity.astype(np.float32)/np.float32(DISPARITY_SCALE)
+    pixels: NDArray[np.float32] = disparity.astype(np.float32)/np.float32(DISPARITY_SCALE)
     pixels[disparity <= invalid] = np.nan
     return pixels
 

@@ -169,6 +169,7 @@ class MatcherSettings:
             Feature.MEDIAN:        {"median": False},
         }
         values = dataclasses.asdict(self)
-        for feature in self.features & missing:
-            values |= off[feature]
+        for feature, changes in off.items():
+            if feature & self.features & missing:
+                values |= changes
         return MatcherSettings(**values)

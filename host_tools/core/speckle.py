@@ -46,7 +46,7 @@ class SpeckleFilter:
 
     def apply(self, disparity: NDArray[np.int16], settings: MatcherSettings) -> NDArray[np.int16]:
         """A map (int16, H x W, sixteenths of a pixel, matched with `settings`) without its islands."""
-        filtered = disparity.copy()
+        filtered: NDArray[np.int16] = disparity.copy()
         if self.window > 0 and self.range >= 0:
             cv2.filterSpeckles(filtered, settings.invalid, self.window, self.range)
         return filtered

@@ -53,7 +53,7 @@ def read_ground_truth(path: Path, scale: float | None = None) -> NDArray[np.floa
     if values.ndim != 2 or values.dtype.kind not in "iuf":
         raise ImageError(f"{path}: a disparity map is one number per pixel, not {values.dtype} "
                          f"{values.shape}")
-    pixels = values.astype(np.float32)/np.float32(scale or 1)
+    pixels: NDArray[np.float32] = values.astype(np.float32)/np.float32(scale or 1)
     pixels[~(np.isfinite(pixels) & (pixels > 0))] = np.nan
     return pixels
 

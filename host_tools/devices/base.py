@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
-from typing import Self
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +23,9 @@ from ..core.errors import DeviceError, ImageError, UnsupportedError
 from ..core.features import ALL_FEATURES, DESCRIPTIONS, Feature
 from ..core.settings import DEFAULT_BLOCK_SIZE, DEFAULT_DISPARITIES, MatcherSettings
 from ..link.settings import LinkCounters
+
+if TYPE_CHECKING:
+    from typing_extensions import Self
 
 #: Called with the phase ("upload", "match" or "download"; of an update "upload" or "write"), the number of steps done,
 #: and the number of all steps.
@@ -87,9 +90,10 @@ class DeviceInfo:
         if not self.min_block_size <= settings.block_size <= self.max_block_size:
             raise UnsupportedError(f"{self.name} has block sizes from {self.min_block_size} to "
                                    f"{self.max_block_size}, not {settings.block_size}")
-        for feature in settings.features & self.missing_features:
-            raise UnsupportedError(f"{self.name} was built without {DESCRIPTIONS[feature]}: "
-                                   "switch it off, or use a device that has it, see `litestereo info`")
+        for feature, description in DESCRIPTIONS.items():
+            if feature & settings.features & self.missing_features:
+                raise UnsupportedError(f"{self.name} was built without {description}: "
+                                       "switch it off, or use a device that has it, see `litestereo info`")
         if width > self.max_width or height > self.max_height or width*height > self.max_pixels:
             raise ImageError(f"images of {width}x{height} pixels are too large for {self.name}: at most "
                              f"{self.max_width}x{self.max_height} and {self.max_pixels} pixels in all")

@@ -55,6 +55,8 @@ def connect(url: str, link_settings: LinkSettings | None = None) -> Device:
         The URL cannot be understood.
     DeviceError
         There is no device, it is in use, or it does not answer.
+    MissingExtraError
+        `cosim:` or `sim:` without the packages of the extra `gateware`.
     UnsupportedError
         Frames are to be streamed, and the device was not built for that.
     ProtocolError

@@ -170,7 +170,17 @@ def open_model(url: DeviceUrl) -> LocalDevice:
 
 
 def open_cosim(url: DeviceUrl) -> LocalDevice:
-    """Return the device `cosim:`; raise UrlError if an option is wrong, DeviceError if it cannot be built."""
+    """Return the device `cosim:`.
+
+    Raises
+    ------
+    UrlError
+        An option is wrong.
+    DeviceError
+        It cannot be built.
+    MissingExtraError
+        The packages of the extra `gateware` are not installed.
+    """
     url.check_options("disparities", "max_width", "max_block_size")
     width       = url.integer("max_width", _COSIM_MAX_WIDTH)
     disparities = _disparities(url, DEFAULT_DISPARITIES)

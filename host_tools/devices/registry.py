@@ -10,6 +10,8 @@ from __future__ import annotations
 import importlib
 from typing import Any
 
+from ..core.extras import import_extra
+
 #: Name of the module of each scheme.
 MODULES = {
     "model": "litestereo.sim.models.stereo_bm",
@@ -19,5 +21,15 @@ MODULES = {
 
 
 def load(scheme: str) -> Any:
-    """Return the module of a scheme; raise ImportError if something that it needs is not installed."""
-    return importlib.import_module(MODULES[scheme])
+    """Return the module of a scheme.
+
+    Raises
+    ------
+    MissingExtraError
+        `cosim:` or `sim:` without the packages of the extra `gateware`.
+    ImportError
+        Something else that it needs is not to be imported.
+    """
+    if scheme == "model":
+        return importlib.import_module(MODULES[scheme])
+    return import_extra(MODULES[scheme], "gateware", f"{scheme}: needs")

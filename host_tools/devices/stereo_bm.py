@@ -13,7 +13,7 @@
 from __future__ import annotations
 
 from types import TracebackType
-from typing import Self
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +22,9 @@ from ..core.errors import SettingsError, UnsupportedError
 from ..core.settings import MatcherSettings
 from ..core.speckle import SpeckleFilter
 from .connect import Device, connect
+
+if TYPE_CHECKING:
+    from typing_extensions import Self
 
 PREFILTER_NORMALIZED_RESPONSE = 0
 PREFILTER_XSOBEL              = 1

@@ -68,6 +68,19 @@ def test_importing_the_package_loads_nothing():
     assert done.stdout == "[]\n"
 
 
+def test_the_host_tools_load_no_gateware():
+    """The command, the names of the package and the device `model:` do without LiteX, even where it is installed."""
+    program = ("import sys, litestereo.host_tools as api, litestereo.host_tools.cli as cli\n"
+               "for name in api.__all__: getattr(api, name)\n"
+               "cli._parser()\n"
+               "api.connect('model:').close()\n"
+               "print(*sorted({name.partition('.')[0] for name in sys.modules}))\n")
+    done    = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    loaded  = done.stdout.split()
+    assert {"litestereo", "cv2", "numpy"} <= set(loaded)
+    assert [name for name in loaded if name.startswith(("litex", "litedram", "liteeth", "migen", "pythondata"))] == []
+
+
 def test_the_program_in_the_readme(tmp_path):
     """Ten lines that open a device, match a pair and save its depth."""
     section = README.read_text(encoding="utf-8").split("\n## Python\n")[1]

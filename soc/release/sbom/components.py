@@ -121,9 +121,7 @@ def components() -> list[Component]:
     """
     project = tomllib.loads((CHECKOUT / "pyproject.toml").read_text())["project"]
     lock    = locked()
-    host    = [one for one in project["dependencies"]
-               if canonicalize_name(Requirement(one).name) not in (*EMBEDDED, *NOWHERE)]
-    always  = closure(host)
+    always  = closure(project["dependencies"])
     extras  = closure(one for extra in HOST_EXTRAS for one in project["optional-dependencies"][extra]) - always
     return [_component(name, products, lock) for name, products in EMBEDDED.items()] + [
         _component(name, {HOST_TOOLS: "with an extra" if name in extras else "always"}, lock, name in extras)

@@ -73,7 +73,7 @@ def test_every_dependency():
     """Each of the project's dependencies is in the bill, or named as being in no product."""
     listed = {one["name"] for one in bill()["components"]}
     names  = {Requirement(line).name for line in distribution("litestereo").requires
-              if "extra ==" not in line or re.search("extra == .(view|ros|cluster|plots)", line)}
+              if "extra ==" not in line or re.search("extra == .(gateware|view|ros|cluster|plots)", line)}
     assert {name.lower() for name in names if not name.startswith("litestereo")} <= listed | set(NOWHERE)
     assert not listed & set(NOWHERE)
 

@@ -1,0 +1,116 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""The host tools with the oldest releases that they allow; and how .ci/ends.py finds a Python, and what it refuses."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from support.scripts import script
+
+CHECKOUT = Path(__file__).parents[1]
+
+ends = script("ends")
+LOW  = ends.ENDS[0]
+
+
+@pytest.mark.long
+def test_low_end():
+    """Skipped without Python 3.10 or without a network, by the words of the script; the high end is in `make ends`."""
+    done = subprocess.run([sys.executable, CHECKOUT / ".ci" / "ends.py", "low"], capture_output=True, text=True,
+                          check=False, timeout=900)
+    print(done.stdout, done.stderr)
+    if skipped := re.fullmatch(r"low: skipped: (.*)\n", done.stdout):
+        assert done.returncode in (0, ends.NO_NETWORK)
+        pytest.skip(skipped[1])
+    assert done.returncode == 0
+    passed = re.match(r"low: Python 3\.10, numpy 1\.26\.0, OpenCV 4\.10\.0\.84: (\d+) passed", done.stdout)
+    assert int(passed[1]) > 100
+
+
+def executable(path, text):
+    path.write_text(f"#!/bin/sh\n{text}\n")
+    path.chmod(0o755)
+    return path
+
+
+@pytest.fixture
+def no_python(monkeypatch, tmp_path):
+    """No Python 3.10 on PATH and no pyenv."""
+    monkeypatch.setenv("PATH", str(tmp_path))
+    monkeypatch.delenv(LOW.variable, raising=False)
+    return tmp_path
+
+
+def test_no_interpreter(no_python):
+    """None at all, a shim that fails, a file that does not run, another version."""
+    assert ends.interpreter(LOW) == ""
+    path = no_python / "python3.10"
+    for text in ("echo 'python3.10: command not found' >&2; exit 127", "echo 3.11"):
+        executable(path, text)
+        assert ends.interpreter(LOW) == ""
+    path.write_bytes(b"\x7fELF")
+    assert ends.interpreter(LOW) == ""
+
+
+def test_interpreter(no_python, monkeypatch):
+    """The second on PATH, after a shim that fails; one of pyenv; and the variable before all others."""
+    executable(no_python / "python3.10", "exit 127")
+    other = no_python / "other"
+    other.mkdir()
+    works = executable(other / "python3.10", "echo 3.10")
+    monkeypatch.setenv("PATH", f"{no_python}:{other}")
+    assert ends.interpreter(LOW) == str(works)
+    monkeypatch.setenv("PATH", str(no_python))
+    assert ends.interpreter(LOW) == ""
+    installed = no_python / "pyenv.d" / "versions" / "3.10.13" / "bin"
+    installed.mkdir(parents=True)
+    executable(no_python / "pyenv", f"echo {no_python}/pyenv.d")
+    third = executable(installed / "python3.10", "echo 3.10")
+    assert ends.interpreter(LOW) == str(third)
+    monkeypatch.setenv(LOW.variable, str(works))
+    assert ends.interpreter(LOW) == str(works)
+    monkeypatch.setenv(LOW.variable, str(no_python / "missing"))
+    assert ends.interpreter(LOW) == ""
+
+
+def test_no_network(monkeypatch, tmp_path):
+    """Told apart from what else pip may say: that nothing answers, and that a package is not what was locked."""
+    for name, text, error in (("deaf", "'NewConnectionError: no route', retrying", ends.NoNetworkError),
+                              ("wrong", "THESE PACKAGES DO NOT MATCH THE HASHES", ends.EndError)):
+        with pytest.raises(ends.EndError) as caught:
+            ends.install(executable(tmp_path / name, f'echo "{text}" >&2; exit 1'), "brick")
+        assert type(caught.value) is error
+
+
+def test_size(tmp_path):
+    """Bytes of files, links by themselves."""
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "folder" / "file").write_bytes(bytes(1000))
+    (tmp_path / "link").symlink_to("folder")
+    assert ends.size(tmp_path) == 1000 + len("folder")
+
+
+@pytest.mark.parametrize("weight, strangers, message", [
+    (ends.SIZE_LIMIT + 1, "", "the environment has 280 MB, 280 MB are allowed"),
+    (1, "migen==0.10.0\n", "not of the host tools: migen"),
+])
+def test_refused(monkeypatch, tmp_path, weight, strangers, message):
+    """An environment that is too large, or has packages of the gateware in it."""
+    def run(*command, **_):
+        if "freeze" in command:
+            return f"numpy==1.26.0\n{strangers}"
+        return f"{tmp_path}/venv/lib/stereobm.py\nnumpy\n" if ends.PREPARE in command else ""
+
+    monkeypatch.setattr(ends, "run", run)
+    monkeypatch.setattr(ends, "size", lambda folder: weight)
+    with pytest.raises(ends.EndError, match=message):
+        ends.check(LOW, "python3.10", Path("wheel"), tmp_path)
