@@ -33,78 +33,79 @@ class MessageSorter(LiteXModule):
     def __init__(self, table, writer, mailbox_entries=8, gate=None):
         check(2 <= mailbox_entries <= 128 and mailbox_entries & (mailbox_entries - 1) == 0,
             f"mailbox_entries must be a power of 2 from 2 to 128, not {mailbox_entries}.")
-        self.sink     = stream.Endpoint(message_description())
-        self.enable   = Signal()   # Off: messages are thrown away.
+        self.sink     = stream.Endpoint(message_description()) # Messages, whole and checked.
+        self.enable   = Signal()   # Off: messages are discarded.
         # Session.
         self.token        = Signal(32) # 0: none.
-        self.peer_address = Signal(32)
-        self.peer_port    = Signal(16)
+        self.peer_address = Signal(32) # IPv4 address of the peer.
+        self.peer_port    = Signal(16) # UDP port of the peer.
         # Mailbox.
         self.mailbox_base = Signal(32) # Byte address.
         self.produced     = Signal(8)  # Messages put in, modulo 256.
-        self.consumed     = Signal(8)  # Messages taken out, likewise.
+        self.consumed     = Signal(8)  # Messages taken out, modulo 256.
         # Status and events (pulses).
-        self.writing      = Signal()   # A chunk is on its way to memory, in the slot `table.found`.
-        self.accepted     = Signal()   # A chunk has arrived, or passed.
-        self.stored       = Signal()   # It has arrived in memory.
+        self.writing      = Signal()   # A chunk is on its way to memory, to the slot `table.found`.
+        self.accepted     = Signal()   # A chunk has arrived in memory, or has passed to the matcher.
+        self.stored       = Signal()   # A chunk has arrived in memory.
         self.repeated     = Signal()   # A chunk had arrived before.
         self.foreign      = Signal()   # A chunk of another session or peer.
         self.unfit        = Signal()   # A chunk of no open frame.
         self.mailbox_full = Signal()   # No room for a message.
+        self.latency      = None       # Depends on memory, and for chunks of pairs on the matcher.
 
         # # #
 
-        sink  = self.sink
-        moves = Signal()
-        self.comb += moves.eq(sink.valid & sink.ready)
+        # Shared by the states.
+        self.moves        = Signal()                                                        # A word is taken.
+        self.header       = [Signal(32, name=f"header{n}") for n in range(HEADER_WORDS)]    # Its words; the first is not kept.
+        self.position     = Signal(max=MESSAGE_WORDS + 1)                                   # Number of the next word.
+        self.own          = Signal()                                                        # The chunk is from the session's peer.
+        self.payload_ends = Signal()                                                        # The next word is the last of the payload.
+        self.fsm          = FSM(reset_state="BEGIN")
 
-        # Words of a message, and what a chunk's header says.
-        # ---------------------------------------------------
-        position     = Signal(max=MESSAGE_WORDS + 1) # Of the word that is next.
-        header       = [Signal(32, name=f"header{n}") for n in range(HEADER_WORDS)]
-        upload       = Signal() # The first word is a chunk's,
-        pairs        = Signal() # or that of a chunk of pairs; a clock later, as memory gives the word late in its own.
-        own          = Signal() # The chunk comes from the session's peer.
+        self.add_header()
+        self.add_kinds(writer, mailbox_entries, gate)
+        self.add_chunk(table, writer)
+        if gate is not None:
+            self.add_pairs(gate)
+        self.add_mailbox(table, writer, mailbox_entries)
+
+    def add_header(self):
+        """Count the words of a message, and keep what a chunk's header says."""
+        sink         = self.sink
         rounded      = Signal(12)
         last_payload = Signal(max=MESSAGE_WORDS + 1)
-        payload_ends = Signal()
         self.comb += [
-            table.chunk_frame_id.eq(header[3]),
-            table.chunk_offset.eq(header[4]),
-            table.chunk_length.eq(header[5]),
-            rounded.eq(header[5] + 3),
-            payload_ends.eq(position == last_payload),
+            self.moves.eq(sink.valid & sink.ready),
+            rounded.eq(self.header[5] + 3),
+            self.payload_ends.eq(self.position == last_payload),
         ]
         self.sync += [
-            upload.eq(sink.data[16:] == (TYPE_UPLOAD << 8 | VERSION)),
-            pairs.eq((sink.data[16:] == (TYPE_PAIRS << 8 | VERSION)) & int(gate is not None)),
-            If(moves,
-                Case(position, {n: header[n].eq(sink.data) for n in range(1, HEADER_WORDS)}),
-                position.eq(position + 1),
+            If(self.moves,
+                Case(self.position, {n: self.header[n].eq(sink.data) for n in range(1, HEADER_WORDS)}),
+                self.position.eq(self.position + 1),
                 If(sink.last,
-                    position.eq(0)
+                    self.position.eq(0)
                 )
             ),
-            own.eq((self.token != 0) & (header[1] == self.token)
+            self.own.eq((self.token != 0) & (self.header[1] == self.token)
                 & (sink.address == self.peer_address) & (sink.port == self.peer_port)),
             last_payload.eq(rounded[2:] + HEADER_WORDS - 1),
         ]
 
-        # Mailbox.
-        # --------
+    def add_kinds(self, writer, mailbox_entries, gate):
+        """States up to the decision what a message is, and that of a message that is discarded."""
+        sink, fsm = self.sink, self.fsm
+        # Both are registered, because the word comes late in its clock from block RAM.
+        upload  = Signal() # The first word is that of a chunk of an image,
+        pairs   = Signal() # or of a chunk of pairs.
+        passing = Signal() # The message under way is a chunk of pairs.
         waiting = Signal(8)
-        entry   = Signal(log2_int(mailbox_entries))
-        letter  = Signal() # What is written is no chunk.
-        address = Signal(32)
-        passing = Signal() # What is looked at is a chunk of pairs.
-        self.comb += [
-            waiting.eq(self.produced - self.consumed),
-            entry.eq(self.produced),
-            writer.base.eq(Mux(letter, address, table.address)),
+        self.comb += waiting.eq(self.produced - self.consumed)
+        self.sync += [
+            upload.eq(sink.data[16:] == (TYPE_UPLOAD << 8 | VERSION)),
+            pairs.eq((sink.data[16:] == (TYPE_PAIRS << 8 | VERSION)) & int(gate is not None)),
         ]
-        self.sync += address.eq(self.mailbox_base + Cat(C(0, log2_int(MAILBOX_ENTRY_BYTES)), entry))
-
-        self.fsm = fsm = FSM(reset_state="BEGIN")
         fsm.act("BEGIN",
             If(sink.valid,
                 NextState("SORT")
@@ -126,24 +127,31 @@ class MessageSorter(LiteXModule):
         )
         fsm.act("DROP",
             sink.ready.eq(1),
-            If(moves & sink.last,
+            If(self.moves & sink.last,
                 NextState("BEGIN")
             )
         )
-
-        # Chunk.
+        judge = NextState("JUDGE")
+        if gate is not None:
+            judge = If(passing, NextState("JUDGE-PAIRS")).Else(NextState("JUDGE"))
         fsm.act("HEADER",
             sink.ready.eq(1),
-            If(moves & (position == HEADER_WORDS - 1),
-                NextState("JUDGE"),
-                *[If(passing, NextState("JUDGE-PAIRS")) for _ in [gate] if gate is not None]
-            )
+            If(self.moves & (self.position == HEADER_WORDS - 1), judge)
         )
+
+    def add_chunk(self, table, writer):
+        """States of a chunk of an image: judge it, write its payload, mark it as arrived."""
+        sink, fsm = self.sink, self.fsm
+        self.comb += [
+            table.chunk_frame_id.eq(self.header[3]),
+            table.chunk_offset.eq(self.header[4]),
+            table.chunk_length.eq(self.header[5]),
+        ]
         fsm.act("JUDGE",
             table.judge.eq(1),
             If(table.judged,
                 NextState("DROP"),
-                If(~own,
+                If(~self.own,
                     self.foreign.eq(1)
                 ).Elif(~table.fits,
                     self.unfit.eq(1)
@@ -159,9 +167,9 @@ class MessageSorter(LiteXModule):
             self.writing.eq(1),
             writer.sink.valid.eq(sink.valid),
             writer.sink.data.eq(sink.data),
-            writer.sink.last.eq(payload_ends),
+            writer.sink.last.eq(self.payload_ends),
             sink.ready.eq(writer.sink.ready),
-            If(moves & payload_ends,
+            If(self.moves & self.payload_ends,
                 NextState("CHUNK-CRC")
             )
         )
@@ -169,7 +177,7 @@ class MessageSorter(LiteXModule):
         fsm.act("CHUNK-CRC",
             self.writing.eq(1),
             sink.ready.eq(1),
-            If(moves,
+            If(self.moves,
                 NextState("CHUNK-WRITTEN")
             )
         )
@@ -183,11 +191,58 @@ class MessageSorter(LiteXModule):
             )
         )
 
-        # Chunk of pairs.
-        if gate is not None:
-            self.add_pairs(gate, own, header, moves, payload_ends)
+    def add_pairs(self, gate):
+        """States of a chunk of pairs: judge it, let its payload pass to the matcher."""
+        sink, fsm = self.sink, self.fsm
+        self.comb += [
+            gate.chunk_frame_id.eq(self.header[3]),
+            gate.chunk_offset.eq(self.header[4]),
+            gate.chunk_length.eq(self.header[5]),
+            gate.sink.data.eq(sink.data),
+            gate.sink.last.eq(self.payload_ends),
+        ]
+        fsm.act("JUDGE-PAIRS",
+            gate.judge.eq(1),
+            If(gate.judged,
+                NextState("DROP"),
+                If(~self.own,
+                    self.foreign.eq(1)
+                ).Elif(gate.fits,
+                    gate.begin.eq(1),
+                    NextState("PAIRS")
+                ).Elif(gate.repeated,
+                    self.repeated.eq(1)
+                ).Else(
+                    self.unfit.eq(1)
+                )
+            )
+        )
+        fsm.act("PAIRS",
+            gate.sink.valid.eq(sink.valid),
+            sink.ready.eq(gate.sink.ready),
+            If(self.moves & self.payload_ends,
+                NextState("PAIRS-CRC")
+            )
+        )
+        fsm.act("PAIRS-CRC",
+            sink.ready.eq(1),
+            If(self.moves,
+                self.accepted.eq(1),
+                NextState("BEGIN")
+            )
+        )
 
-        # Letter: who sent it and its length, then the message.
+    def add_mailbox(self, table, writer, mailbox_entries):
+        """States of all other messages: write who sent it and its length to the mailbox, then the message."""
+        sink, fsm = self.sink, self.fsm
+        letter  = Signal() # What is written goes to the mailbox.
+        entry   = Signal(log2_int(mailbox_entries))
+        address = Signal(32)
+        self.comb += [
+            entry.eq(self.produced),
+            writer.base.eq(Mux(letter, address, table.address)),
+        ]
+        self.sync += address.eq(self.mailbox_base + Cat(C(0, log2_int(MAILBOX_ENTRY_BYTES)), entry))
         fsm.act("PEER",
             writer.sink.valid.eq(1),
             writer.sink.data.eq(sink.address),
@@ -207,7 +262,7 @@ class MessageSorter(LiteXModule):
             writer.sink.data.eq(sink.data),
             writer.sink.last.eq(sink.last),
             sink.ready.eq(writer.sink.ready),
-            If(moves & sink.last,
+            If(self.moves & sink.last,
                 NextState("LETTER-WRITTEN")
             )
         )
@@ -217,46 +272,5 @@ class MessageSorter(LiteXModule):
                 NextState("BEGIN")
             )
         )
-        self.comb += letter.eq(fsm.ongoing("PEER") | fsm.ongoing("LENGTH") | fsm.ongoing("LETTER")
-            | fsm.ongoing("LETTER-WRITTEN"))
-
-    def add_pairs(self, gate, own, header, moves, payload_ends):
-        """States of a chunk of pairs."""
-        sink, fsm = self.sink, self.fsm
-        self.comb += [
-            gate.chunk_frame_id.eq(header[3]),
-            gate.chunk_offset.eq(header[4]),
-            gate.chunk_length.eq(header[5]),
-            gate.sink.data.eq(sink.data),
-            gate.sink.last.eq(payload_ends),
-        ]
-        fsm.act("JUDGE-PAIRS",
-            gate.judge.eq(1),
-            If(gate.judged,
-                NextState("DROP"),
-                If(~own,
-                    self.foreign.eq(1)
-                ).Elif(gate.fits,
-                    gate.begin.eq(1),
-                    NextState("PAIRS")
-                ).Elif(gate.repeated,
-                    self.repeated.eq(1)
-                ).Else(
-                    self.unfit.eq(1)
-                )
-            )
-        )
-        fsm.act("PAIRS",
-            gate.sink.valid.eq(sink.valid),
-            sink.ready.eq(gate.sink.ready),
-            If(moves & payload_ends,
-                NextState("PAIRS-CRC")
-            )
-        )
-        fsm.act("PAIRS-CRC",
-            sink.ready.eq(1),
-            If(moves,
-                self.accepted.eq(1),
-                NextState("BEGIN")
-            )
-        )
+        self.comb += letter.eq(
+            fsm.ongoing("PEER") | fsm.ongoing("LENGTH") | fsm.ongoing("LETTER") | fsm.ongoing("LETTER-WRITTEN"))
