@@ -106,10 +106,10 @@ FAULTS = {
         'offered.source.connect(self.source, omit={"offset"})',
         "its messages are its parts, one behind the other, of all fields"),
     "a reply that comes again": (
-        send_queue, "send_queue", "SendQueue", "answered.eq(done & ~chosen)",
-        "answered.eq(done & ~chosen & ~self.run_busy)", "the reply is all of it"),
+        send_queue, "send_queue", "SendQueue", "answered.eq(self.done & ~self.chosen)",
+        "answered.eq(self.done & ~self.chosen & ~self.run_busy)", "the reply is all of it"),
     "a run that goes on": (
-        send_queue, "send_queue", "SendQueue", "If(chosen & aborted,", "If(0,",
+        send_queue, "send_queue", "SendQueue", "If(self.chosen & self.aborted,", "If(0,",
         "a run that was given up reads no further message"),
     "a place for what is left out": (
         map_parts, "map_parts", "MapParts", "If(~omit,\n                        place.eq",
