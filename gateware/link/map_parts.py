@@ -17,7 +17,8 @@ from .message import *
 class MapParts(LiteXModule):
     """Keep parts of the map that is being computed until they are sent, each as a message.
 
-    The matcher does not wait for the wire: a part that finds no room when it begins is left out. The map is also in memory.
+    The matcher does not wait for the wire: a part that finds no room when it begins is left out. Memory has the whole
+    map.
 
     Parameters
     ----------
@@ -26,16 +27,16 @@ class MapParts(LiteXModule):
     """
     def __init__(self, parts=4):
         check(parts >= 2 and parts & (parts - 1) == 0, f"parts must be a power of 2, at least 2, not {parts}.")
-        self.sink    = stream.Endpoint(disparity_layout())        # Pixels of the map, the last one marked. Never stalls.
-        self.job     = Record(peer_layout() + [                   # Receiver of the parts, and fields of their header:
-            ("session", 32), ("sequence", 32), ("frame_id", 32)]) # taken over by `open`.
-        self.open    = Signal()                                   # Begin a map (pulse). Not while sending, nor within a map.
-        self.close   = Signal()                                   # Give the map up (pulse).
-        self.sending = Signal()                                   # Parts wait to be sent, or one is being sent.
-        self.taken   = Signal()                                   # The message that is offered is being sent, and has to stay.
-        self.source  = stream.Endpoint(job_layout())              # Messages.
-        self.payload = stream.Endpoint([("data", 32)])            # Their payloads.
-        self.latency = None                                       # A part waits for its last pixel, and for those before it.
+        self.sink    = stream.Endpoint(disparity_layout()) # Pixels of the map, the last one marked. Never stalls.
+        # Receiver of the parts, and fields of their header: taken over by `open`.
+        self.job     = Record(peer_layout() + [("session", 32), ("sequence", 32), ("frame_id", 32)])
+        self.open    = Signal()                            # Begin a map (pulse). Not while sending, nor within a map.
+        self.close   = Signal()                            # Give the map up (pulse).
+        self.sending = Signal()                            # Parts wait to be sent, or one is being sent.
+        self.taken   = Signal()                            # The offered message is being sent, and has to stay.
+        self.source  = stream.Endpoint(job_layout())       # Messages.
+        self.payload = stream.Endpoint([("data", 32)])     # Their payloads.
+        self.latency = None                                # A part waits for its last pixel, and for the parts before.
 
         # # #
 
@@ -52,14 +53,14 @@ class MapParts(LiteXModule):
     def add_pixels(self, write, parts):
         """Cut the map into parts, and keep those that find room."""
         sink, fifo = self.sink, self.fifo
-        active  = Signal()
+        active  = Signal()                 # Pixels of the map are missing.
         offset  = Signal(32)               # Of the part.
-        pixel   = Signal(max=CHUNK_BYTES//2)
+        pixel   = Signal(max=CHUNK_BYTES//2) # Of the part.
         held    = Signal(DISPARITY_BITS)   # The pixel before, if that is the first of its word.
         place   = Signal(max=parts)        # Where the part is kept.
-        omitted = Signal()                 # It is left out.
-        omit    = Signal()
-        ends    = Signal()
+        omitted = Signal()                 # The part is left out,
+        omit    = Signal()                 # as known with its first pixel.
+        ends    = Signal()                 # The pixel is the last of the part.
         self.comb += [
             sink.ready.eq(1),
             omit.eq(Mux(pixel == 0, ~fifo.sink.ready, omitted)),
@@ -98,7 +99,7 @@ class MapParts(LiteXModule):
         ]
 
     def add_messages(self):
-        """Offer the parts as messages; of a map that was given up, discard those that are not being sent."""
+        """Offer the parts as messages; discard those of a map that was given up, except for one that is being sent."""
         fifo     = self.fifo
         header   = Record([*self.job.layout], name="part_header")
         dropping = Signal()

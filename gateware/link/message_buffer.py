@@ -19,9 +19,9 @@ from .message_crc import MessageCRC
 class MessageBuffer(LiteXModule):
     """Take datagrams as they come from the wire, and pass on those that are messages, whole and checked.
 
-    The wire does not wait, so the sink is always ready, but for the clock after a datagram. In that clock the datagram is judged.
-    Its words have been written after those of the messages that wait. If it is not a message (length, magic, CRC), or if there
-    was no room for all of it, its words are discarded.
+    The wire does not wait: the sink is always ready, except in the clock after a datagram, in which the datagram is
+    judged. Its words have been written after those of the messages that wait; they are discarded if the datagram is no
+    message (length, magic, CRC), or if there was no room for all of it.
 
     Parameters
     ----------
@@ -38,7 +38,7 @@ class MessageBuffer(LiteXModule):
         self.received  = Signal()                                # A datagram has ended (pulse).
         self.malformed = Signal()                                # It was no message (pulse).
         self.overrun   = Signal()                                # There was no room for it (pulse).
-        self.latency   = None                                    # A message waits for its last word, and for those before it.
+        self.latency   = None                                    # A message waits for its end, and for those before it.
 
         # # #
 
@@ -47,7 +47,7 @@ class MessageBuffer(LiteXModule):
         self.message  = Signal() # In that clock: the datagram was a message.
         self.fifo     = stream.SyncFIFO([("bytes", 11)] + peer_layout(), messages, buffered=True)
 
-        # Register in front: everything below looks at whole words.
+        # A register for the wire's words; all below is after it.
         self.buffer   = stream.Buffer(datagram_description())
         self.comb += [
             self.sink.connect(self.buffer.sink),
@@ -154,7 +154,7 @@ class MessageBuffer(LiteXModule):
         self.add_output(read, taken)
 
     def add_output(self, read, taken):
-        """Give out the messages that wait; `taken` counts their words."""
+        """Give out the messages that wait, and advance `taken` with each word."""
         fifo      = self.fifo
         index     = Signal(max=MESSAGE_WORDS)
         last_byte = Signal(max=MESSAGE_BYTES)

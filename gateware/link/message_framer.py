@@ -35,11 +35,11 @@ class MessageFramer(LiteXModule):
 
         # # #
 
-        self.position  = Signal(max=MESSAGE_WORDS) # Number of the next word.
+        self.position  = Signal(max=MESSAGE_WORDS) # Number of the next word of header and payload.
+        self.word      = Signal(32)                # That word.
         self.in_header = Signal()                  # It is of the header.
-        self.there     = Signal()                  # It is there.
-        self.word      = Signal(32)                # It.
-        self.advance   = Signal()                  # It counts for the CRC.
+        self.there     = Signal()                  # It is valid.
+        self.advance   = Signal()                  # It has left, or is the last one: the CRC takes it.
 
         self.add_words()
         tail = self.add_crc()
@@ -64,11 +64,13 @@ class MessageFramer(LiteXModule):
         ]
 
     def add_crc(self):
-        """Compute the CRC, a clock after the words; return the bytes in the last word of the payload, or of the header if
-        there is none."""
+        """Compute the CRC, a clock after the words.
+
+        Return the number of bytes in the last word of the payload, or of the header if there is no payload.
+        """
         tail   = Signal(3)
         held   = Signal(32)
-        counts = Signal() # The word that is held counts.
+        counts = Signal() # The CRC takes the word that is held.
         self.crc = crc = MessageCRC()
         self.comb += [
             Case(self.sink.length[:2], {
@@ -100,7 +102,7 @@ class MessageFramer(LiteXModule):
             source.ip_address.eq(sink.address),
             source.length.eq(sink.length + FRAME_BYTES),
         ]
-        # By `tail`: the last word of the payload filled up with CRC, and the rest of the CRC.
+        # By `tail`: the last word of the payload filled up with CRC, then the rest of the CRC.
         filled = {1: Cat(word[:8], summed[:24]), 2: Cat(word[:16], summed[:16]), 3: Cat(word[:24], summed[:8]), 4: word}
         rest   = {1: summed[24:], 2: summed[16:], 3: summed[8:], 4: summed}
         marks  = {1: 0b0001, 2: 0b0010, 3: 0b0100, 4: 0b1000}
@@ -142,7 +144,10 @@ class MessageFramer(LiteXModule):
         fsm.act("CRC",
             source.valid.eq(1),
             source.last.eq(1),
-            Case(tail, {bytes: [source.data.eq(value), source.last_be.eq(marks[bytes])] for bytes, value in rest.items()}),
+            Case(tail, {bytes: [
+                source.data.eq(value),
+                source.last_be.eq(marks[bytes]),
+            ] for bytes, value in rest.items()}),
             If(source.ready,
                 sink.ready.eq(1),
                 self.sent.eq(1),

@@ -15,30 +15,39 @@ from .message import *
 # Message Sorter -----------------------------------------------------------------------------------
 
 class MessageSorter(LiteXModule):
-    """Write messages to memory: chunks of images in their frame's slot, all others in the mailbox of the firmware.
+    """Write messages to memory: chunks of images to the slot of their frame, all others to the mailbox of the firmware.
 
-    A chunk counts as arrived, and a message as produced, when it is in memory. Chunks of pairs go to the matcher instead.
+    A chunk counts as arrived, and a message as produced, once it is in memory. Chunks of pairs go to the matcher
+    instead.
+
+        BEGIN ── SORT ─┬─ DROP
+                       ├─ HEADER ── JUDGE ─────── CHUNK ── CHUNK-CRC ── CHUNK-WRITTEN      chunk of an image
+                       ├─ HEADER ── JUDGE-PAIRS ─ PAIRS ── PAIRS-CRC                       chunk of pairs
+                       └─ PEER ──── LENGTH ────── MAILBOX ── MAILBOX-WRITTEN               any other message
+
+    Each path ends in BEGIN; a chunk that is not wanted goes from JUDGE or JUDGE-PAIRS to DROP.
 
     Parameters
     ----------
     table : SlotTable
         Frames that may be written.
     writer : StreamWriter
-        Way to memory, of 32-bit items; nobody else uses it.
+        Writer to memory, of 32-bit items, for this core alone.
     mailbox_entries : int
-        Messages that the mailbox holds; a power of 2, at most 128.
+        Messages that the mailbox holds; a power of 2 from 2 to 128.
     gate : PairGate, optional
-        Way to the matcher; without it chunks of pairs are messages as any other.
+        Path to the matcher; without it chunks of pairs are messages like any other.
     """
     def __init__(self, table, writer, mailbox_entries=8, gate=None):
         check(2 <= mailbox_entries <= 128 and mailbox_entries & (mailbox_entries - 1) == 0,
             f"mailbox_entries must be a power of 2 from 2 to 128, not {mailbox_entries}.")
-        self.sink     = stream.Endpoint(message_description()) # Messages, whole and checked.
-        self.enable   = Signal()   # Off: messages are discarded.
+        self.sink    = stream.Endpoint(message_description()) # Messages, whole and checked.
+        self.enable  = Signal() # Off: messages are discarded.
+        self.latency = None     # Depends on memory, and for chunks of pairs on the matcher.
         # Session.
-        self.token        = Signal(32) # 0: none.
-        self.peer_address = Signal(32) # IPv4 address of the peer.
-        self.peer_port    = Signal(16) # UDP port of the peer.
+        self.token        = Signal(32) # Token of the session; 0: there is none.
+        self.peer_address = Signal(32) # IPv4 address of its peer.
+        self.peer_port    = Signal(16) # UDP port of its peer.
         # Mailbox.
         self.mailbox_base = Signal(32) # Byte address.
         self.produced     = Signal(8)  # Messages put in, modulo 256.
@@ -47,20 +56,19 @@ class MessageSorter(LiteXModule):
         self.writing      = Signal()   # A chunk is on its way to memory, to the slot `table.found`.
         self.accepted     = Signal()   # A chunk has arrived in memory, or has passed to the matcher.
         self.stored       = Signal()   # A chunk has arrived in memory.
-        self.repeated     = Signal()   # A chunk had arrived before.
+        self.repeated     = Signal()   # A chunk has come before.
         self.foreign      = Signal()   # A chunk of another session or peer.
         self.unfit        = Signal()   # A chunk of no open frame.
         self.mailbox_full = Signal()   # No room for a message.
-        self.latency      = None       # Depends on memory, and for chunks of pairs on the matcher.
 
         # # #
 
-        # Shared by the states.
-        self.moves        = Signal()                                                        # A word is taken.
-        self.header       = [Signal(32, name=f"header{n}") for n in range(HEADER_WORDS)]    # Its words; the first is not kept.
-        self.position     = Signal(max=MESSAGE_WORDS + 1)                                   # Number of the next word.
-        self.own          = Signal()                                                        # The chunk is from the session's peer.
-        self.payload_ends = Signal()                                                        # The next word is the last of the payload.
+        self.moves        = Signal()                      # A word is taken.
+        self.position     = Signal(max=MESSAGE_WORDS + 1) # Number of that word in its message.
+        # Header of a chunk; its first word is not kept.
+        self.header       = [Signal(32, name=f"header{n}") for n in range(HEADER_WORDS)]
+        self.own          = Signal()                      # The chunk comes from the session's peer.
+        self.payload_ends = Signal()                      # The word is the last of the payload.
         self.fsm          = FSM(reset_state="BEGIN")
 
         self.add_header()
@@ -71,7 +79,7 @@ class MessageSorter(LiteXModule):
         self.add_mailbox(table, writer, mailbox_entries)
 
     def add_header(self):
-        """Count the words of a message, and keep what a chunk's header says."""
+        """Count the words of a message, and keep the header of a chunk."""
         sink         = self.sink
         rounded      = Signal(12)
         last_payload = Signal(max=MESSAGE_WORDS + 1)
@@ -94,13 +102,13 @@ class MessageSorter(LiteXModule):
         ]
 
     def add_kinds(self, writer, mailbox_entries, gate):
-        """States up to the decision what a message is, and that of a message that is discarded."""
+        """Add the states that tell what a message is, and the one that discards it."""
         sink, fsm = self.sink, self.fsm
-        # Both are registered, because the word comes late in its clock from block RAM.
-        upload  = Signal() # The first word is that of a chunk of an image,
-        pairs   = Signal() # or of a chunk of pairs.
-        passing = Signal() # The message under way is a chunk of pairs.
-        waiting = Signal(8)
+        # Both flags are registered, because the word comes late in its clock from block RAM.
+        upload  = Signal()  # The first word is that of a chunk of an image,
+        pairs   = Signal()  # or of a chunk of pairs.
+        passing = Signal()  # The message under way is a chunk of pairs.
+        waiting = Signal(8) # Messages in the mailbox.
         self.comb += waiting.eq(self.produced - self.consumed)
         self.sync += [
             upload.eq(sink.data[16:] == (TYPE_UPLOAD << 8 | VERSION)),
@@ -140,22 +148,18 @@ class MessageSorter(LiteXModule):
         )
 
     def add_chunk(self, table, writer):
-        """States of a chunk of an image: judge it, write its payload, mark it as arrived."""
+        """Add the states of a chunk of an image: judge it, write its payload, mark it as arrived."""
         sink, fsm = self.sink, self.fsm
-        self.comb += [
-            table.chunk_frame_id.eq(self.header[3]),
-            table.chunk_offset.eq(self.header[4]),
-            table.chunk_length.eq(self.header[5]),
-        ]
+        self.comb += table.chunk.ask(self.header)
         fsm.act("JUDGE",
-            table.judge.eq(1),
-            If(table.judged,
+            table.chunk.judge.eq(1),
+            If(table.chunk.judged,
                 NextState("DROP"),
                 If(~self.own,
                     self.foreign.eq(1)
-                ).Elif(~table.fits,
+                ).Elif(~table.chunk.fits,
                     self.unfit.eq(1)
-                ).Elif(table.repeated,
+                ).Elif(table.chunk.repeated,
                     self.repeated.eq(1)
                 ).Else(
                     writer.start.eq(1),
@@ -173,7 +177,7 @@ class MessageSorter(LiteXModule):
                 NextState("CHUNK-CRC")
             )
         )
-        # The CRC reaches into one more word, whatever the length.
+        # The CRC ends in the word after the payload's last, for any length.
         fsm.act("CHUNK-CRC",
             self.writing.eq(1),
             sink.ready.eq(1),
@@ -192,25 +196,23 @@ class MessageSorter(LiteXModule):
         )
 
     def add_pairs(self, gate):
-        """States of a chunk of pairs: judge it, let its payload pass to the matcher."""
+        """Add the states of a chunk of pairs: judge it, let its payload pass to the matcher."""
         sink, fsm = self.sink, self.fsm
         self.comb += [
-            gate.chunk_frame_id.eq(self.header[3]),
-            gate.chunk_offset.eq(self.header[4]),
-            gate.chunk_length.eq(self.header[5]),
+            *gate.chunk.ask(self.header),
             gate.sink.data.eq(sink.data),
             gate.sink.last.eq(self.payload_ends),
         ]
         fsm.act("JUDGE-PAIRS",
-            gate.judge.eq(1),
-            If(gate.judged,
+            gate.chunk.judge.eq(1),
+            If(gate.chunk.judged,
                 NextState("DROP"),
                 If(~self.own,
                     self.foreign.eq(1)
-                ).Elif(gate.fits,
+                ).Elif(gate.chunk.fits,
                     gate.begin.eq(1),
                     NextState("PAIRS")
-                ).Elif(gate.repeated,
+                ).Elif(gate.chunk.repeated,
                     self.repeated.eq(1)
                 ).Else(
                     self.unfit.eq(1)
@@ -233,14 +235,14 @@ class MessageSorter(LiteXModule):
         )
 
     def add_mailbox(self, table, writer, mailbox_entries):
-        """States of all other messages: write who sent it and its length to the mailbox, then the message."""
+        """Add the states of any other message: write its sender and its length to the mailbox, then the message."""
         sink, fsm = self.sink, self.fsm
-        letter  = Signal() # What is written goes to the mailbox.
-        entry   = Signal(log2_int(mailbox_entries))
-        address = Signal(32)
+        to_mailbox = Signal()                          # What is written goes to the mailbox,
+        entry      = Signal(log2_int(mailbox_entries)) # to this entry,
+        address    = Signal(32)                        # whose byte address this is.
         self.comb += [
             entry.eq(self.produced),
-            writer.base.eq(Mux(letter, address, table.address)),
+            writer.base.eq(Mux(to_mailbox, address, table.address)),
         ]
         self.sync += address.eq(self.mailbox_base + Cat(C(0, log2_int(MAILBOX_ENTRY_BYTES)), entry))
         fsm.act("PEER",
@@ -254,23 +256,23 @@ class MessageSorter(LiteXModule):
             writer.sink.valid.eq(1),
             writer.sink.data.eq(Cat(sink.port, sink.bytes)),
             If(writer.sink.ready,
-                NextState("LETTER")
+                NextState("MAILBOX")
             )
         )
-        fsm.act("LETTER",
+        fsm.act("MAILBOX",
             writer.sink.valid.eq(sink.valid),
             writer.sink.data.eq(sink.data),
             writer.sink.last.eq(sink.last),
             sink.ready.eq(writer.sink.ready),
             If(self.moves & sink.last,
-                NextState("LETTER-WRITTEN")
+                NextState("MAILBOX-WRITTEN")
             )
         )
-        fsm.act("LETTER-WRITTEN",
+        fsm.act("MAILBOX-WRITTEN",
             If(writer.idle,
                 NextValue(self.produced, self.produced + 1),
                 NextState("BEGIN")
             )
         )
-        self.comb += letter.eq(
-            fsm.ongoing("PEER") | fsm.ongoing("LENGTH") | fsm.ongoing("LETTER") | fsm.ongoing("LETTER-WRITTEN"))
+        self.comb += to_mailbox.eq(
+            fsm.ongoing("PEER") | fsm.ongoing("LENGTH") | fsm.ongoing("MAILBOX") | fsm.ongoing("MAILBOX-WRITTEN"))

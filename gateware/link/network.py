@@ -31,8 +31,8 @@ WORD_BITS = 32 # Between MAC and UDP: wide enough for a system clock that is slo
 class RegisteredChain(LiteXModule):
     """A chain of cores in one clock domain, with registers before, between and after them.
 
-    Without the registers, the ready of a MAC's sender would run through preamble, CRC and converter in one clock, too long
-    for 125 MHz.
+    Without the registers, the ready of a MAC's sender would run through preamble, CRC and converter in one clock, too
+    long for 125 MHz.
 
     Parameters
     ----------
@@ -161,7 +161,7 @@ class Network(LiteXModule):
         self.udp  = LiteEthUDP(self.ip, ip_address, dw=WORD_BITS)
 
     def get_port(self, udp_port):
-        """Return the port of the UDP core for `udp_port`: `source` has the datagrams to it, `sink` takes those from it."""
+        """Return the UDP core's port for `udp_port`: `source` has the datagrams to it, `sink` takes those from it."""
         port = self.udp.crossbar.get_port(udp_port, dw=WORD_BITS)
         if not self.pipelined:
             return port

@@ -12,30 +12,30 @@ from litex.soc.interconnect import stream
 from ..common import *
 from .message import *
 
-PAYLOAD_WORDS = 512 # Room for the payloads of two messages: one is sent while the next is read.
+PAYLOAD_WORDS = 512 # Room for the payloads of two messages: one is sent while the next one is read.
 
 # Send Queue ---------------------------------------------------------------------------------------
 
 class SendQueue(LiteXModule):
     """Turn jobs into messages that wait to be sent, with their payloads read from memory.
 
-    There are two jobs at a time: a `reply` is one message, a `run` is any number of them, one per 1024 bytes begun. A reply goes
-    before the next message of the run.
+    There are two jobs at a time: a `reply` is one message, a `burst` is any number of them, one per 1024 bytes begun. A
+    reply goes before the next message of the burst.
 
-    A message is offered once all of its payload is there: the wire does not wait.
+    A message is offered once all of its payload is in the queue: the wire does not wait.
 
     Parameters
     ----------
     reader : StreamReader
-        Way to memory, of 32-bit items, for this core alone.
+        Reader of memory, of 32-bit items, for this core alone.
     """
     def __init__(self, reader):
-        self.job        = Record(job_layout())            # Taken over by `reply` or `run`.
+        self.job        = Record(job_layout())            # Taken over by `reply` or `burst`.
         self.reply      = Signal()                        # Begin a reply (pulse). Not while reply_busy.
-        self.run        = Signal()                        # Begin a run (pulse). Not while run_busy.
-        self.abort      = Signal()                        # Give the run up (pulse).
+        self.burst      = Signal()                        # Begin a burst (pulse). Not while burst_busy.
+        self.abort      = Signal()                        # Give the burst up (pulse).
         self.reply_busy = Signal()                        # The payload of the reply has not been read.
-        self.run_busy   = Signal()                        # Some payload of the run has not been read.
+        self.burst_busy = Signal()                        # Some payload of the burst has not been read.
         self.source     = stream.Endpoint(job_layout())   # Messages, `length` up to 1024.
         self.payload    = stream.Endpoint([("data", 32)]) # Their payloads, one after the other.
         self.latency    = None                            # Depends on memory.
@@ -43,11 +43,11 @@ class SendQueue(LiteXModule):
         # # #
 
         self.reply_job = Record(job_layout(), name="reply_job") # The reply,
-        self.run_job   = Record(job_layout(), name="run_job")   # and what has not been read of the run.
-        self.last      = Signal()                               # The next message of the run is its last.
-        self.aborted   = Signal()                               # The run is to be given up,
-        self.given_up  = Signal()                               # and is, between two messages or before one is read.
-        self.chosen    = Signal()                               # The message under way is: 0: the reply, 1: of the run.
+        self.burst_job = Record(job_layout(), name="burst_job") # and the part of the burst that has not been read.
+        self.last      = Signal()                               # The next message of the burst is its last.
+        self.aborted   = Signal()                               # The burst is to be given up,
+        self.given_up  = Signal()                               # and is, as no message of it is being read.
+        self.chosen    = Signal()                               # The message under way is 0: a reply, 1: of a burst.
         self.done      = Signal()                               # Its payload has been read (pulse).
         self.room      = Signal()                               # There is room for the payload of a message.
 
@@ -56,12 +56,12 @@ class SendQueue(LiteXModule):
         self.add_messages(reader)
 
     def add_jobs(self):
-        """Take jobs over, and count off what has been read of the run."""
-        run      = self.run_job
-        advance  = Signal() # The run's next message has been read.
-        answered = Signal() # The reply has.
+        """Take jobs over, and advance the burst by each message that has been read."""
+        burst    = self.burst_job
+        advance  = Signal() # The next message of the burst has been read.
+        answered = Signal() # The reply has been read.
         self.comb += [
-            self.last.eq(run.length <= CHUNK_BYTES),
+            self.last.eq(burst.length <= CHUNK_BYTES),
             answered.eq(self.done & ~self.chosen),
             advance.eq(self.done & self.chosen),
         ]
@@ -70,23 +70,23 @@ class SendQueue(LiteXModule):
                 self.reply_busy.eq(0)
             ),
             If(advance,
-                run.offset.eq(run.offset + CHUNK_BYTES),
-                run.base.eq(run.base + CHUNK_BYTES),
-                run.length.eq(run.length - CHUNK_BYTES)
+                burst.offset.eq(burst.offset + CHUNK_BYTES),
+                burst.base.eq(burst.base + CHUNK_BYTES),
+                burst.length.eq(burst.length - CHUNK_BYTES)
             ),
             If(self.given_up | (advance & self.last),
-                self.run_busy.eq(0)
+                self.burst_busy.eq(0)
             ),
-            If(self.abort & self.run_busy,
+            If(self.abort & self.burst_busy,
                 self.aborted.eq(1)
             ),
             If(self.reply & ~self.reply_busy,
                 self.reply_job.eq(self.job),
                 self.reply_busy.eq(1)
             ),
-            If(self.run & ~self.run_busy,
-                run.eq(self.job),
-                self.run_busy.eq(1),
+            If(self.burst & ~self.burst_busy,
+                burst.eq(self.job),
+                self.burst_busy.eq(1),
                 self.aborted.eq(0)
             ),
         ]
@@ -116,9 +116,9 @@ class SendQueue(LiteXModule):
                 NextValue(self.chosen, 0),
                 next_values(message, self.reply_job),
                 NextState("ROOM")
-            ).Elif(self.run_busy,
+            ).Elif(self.burst_busy,
                 NextValue(self.chosen, 1),
-                next_values(message, self.run_job),
+                next_values(message, self.burst_job),
                 If(~self.last,
                     NextValue(message.length, CHUNK_BYTES)
                 ),
@@ -131,11 +131,11 @@ class SendQueue(LiteXModule):
             )
         )
         fsm.act("ROOM",
-            # A run that waits may be given up: the wire takes nothing while no host answers ARP for a peer.
+            # A burst that waits may be given up: the wire takes nothing while no host answers ARP for a peer.
             If(self.chosen & self.aborted,
                 self.given_up.eq(1),
                 NextState("CHOOSE")
-            # By now the register `room` counts the payload before.
+            # By now the register `room` shows what the payload before has left.
             ).Elif(self.room,
                 If(message.length == 0,
                     self.done.eq(1),
@@ -154,8 +154,8 @@ class SendQueue(LiteXModule):
         )
         fsm.act("OFFER",
             offered.sink.valid.eq(1),
-            # A run that was given up ends even while its last message, or a reply, waits to be sent.
-            self.given_up.eq(self.run_busy & self.aborted),
+            # A burst that was given up ends even while its last message, or a reply, waits to be sent.
+            self.given_up.eq(self.burst_busy & self.aborted),
             If(offered.sink.ready,
                 NextState("CHOOSE")
             )

@@ -7,8 +7,9 @@ from migen import *
 
 from litex.gen import *
 
-from ..common import *
-from .message import *
+from ..common     import *
+from .chunk_check import ChunkCheck
+from .message     import *
 
 # Slot ---------------------------------------------------------------------------------------------
 
@@ -27,11 +28,13 @@ class Slot:
 class SlotTable(LiteXModule):
     """Frame slots that may be written from the wire, and which of their chunks have arrived.
 
-    A slot is opened for a frame: its id, its place in memory, how many pixels an image has. The left image begins at the
-    base, the other one `pitch` bytes after it; `pitch` is the size of an image, rounded up to whole chunks.
+    A slot is opened for a frame: its id, its place in memory, how many pixels an image has. The left image begins at
+    the base, the right image `pitch` bytes after it; `pitch` is the size of an image, rounded up to whole chunks. An
+    image of 2500 pixels has three chunks, at offsets 0, 1024 and 2048 of the left image, and at 3072, 4096 and 5120 of
+    the right image; the last one of each has 452 bytes.
 
-    A chunk is judged from its `frame_id`, `offset` and `length`, which stand still while `judge` is 1. The verdict is there with
-    `judged` and stays until the next one; `set` then marks the chunk as arrived.
+    A chunk that fits is written by `MessageSorter`, and then marked as arrived by `set`. The verdict, with `found` and
+    `address`, holds until the next chunk is judged.
 
     Parameters
     ----------
@@ -53,21 +56,15 @@ class SlotTable(LiteXModule):
         self.close    = Signal()   # Close the slot (pulse).
         self.clearing = Signal()   # The slot is being prepared; it opens when that is done.
         # Chunk to judge.
-        self.chunk_frame_id = Signal(32)
-        self.chunk_offset   = Signal(32)
-        self.chunk_length   = Signal(32)
-        self.judge          = Signal()
-        # Verdict.
-        self.judged   = Signal()
-        self.fits     = Signal()   # A chunk of an open frame.
-        self.repeated = Signal()   # It has arrived before.
-        self.found    = Signal(4)  # Slot of the frame.
-        self.address  = Signal(32) # Byte address of the chunk.
-        self.set      = Signal()   # Mark it as arrived (pulse).
+        self.chunk    = ChunkCheck() # It fits: it is a chunk of an open frame.
+        self.found    = Signal(4)    # Slot of that frame.
+        self.address  = Signal(32)   # Byte address of the chunk.
+        self.set      = Signal()     # Mark it as arrived (pulse).
         # Which have arrived.
-        self.index   = Signal(16)  # Word of the bitmaps: slot x words + word.
-        self.arrived = Signal(32)  # That word, a clock later.
-        self.missing = Signal(16)  # Chunks that its slot lacks, a clock later.
+        self.arrived_index = Signal(16) # Word of the bitmaps to read: slot x (max_chunks // 32) + word.
+        self.arrived       = Signal(32) # That word, a clock later.
+        self.missing       = Signal(16) # Chunks that its slot lacks, a clock later.
+        self.latency       = None       # No stream.
 
         # # #
 
@@ -88,13 +85,13 @@ class SlotTable(LiteXModule):
         """Add a bit per chunk, with a port for chunks and clearing, and one for software."""
         memory = Memory(32, len(self.slots)*self.words, name="arrived_chunks")
         update = memory.get_port(write_capable=True, mode=READ_FIRST)
-        look   = memory.get_port(mode=READ_FIRST)
-        self.specials += memory, update, look
+        software_port  = memory.get_port(mode=READ_FIRST)
         self.update    = update
+        self.specials += memory, update, software_port
         # No register after this port: software may read in the second clock after it has written the index.
         self.comb += [
-            look.adr.eq(self.index),
-            self.arrived.eq(look.dat_r),
+            software_port.adr.eq(self.arrived_index),
+            self.arrived.eq(software_port.dat_r),
         ]
 
     def add_clearing(self):
@@ -163,43 +160,46 @@ class SlotTable(LiteXModule):
                     slot.missing.eq(slot.missing - 1)
                 ),
             ]
-        shown = self.index[log2_int(self.words):]
+        shown = self.arrived_index[log2_int(self.words):]
         self.sync += Case(shown, {n: self.missing.eq(slot.missing) for n, slot in enumerate(self.slots)})
 
     def add_verdict(self):
-        """Judge a chunk: a register after each step, and the verdict when all steps are finished and nothing is cleared."""
+        """Judge a chunk, with a register after each step; begin again while a bitmap is being cleared."""
         steps    = 7
         step     = Signal(max=steps + 1)
         finished = Signal()
         hit, slot, image, per_image, base = self.add_search()
-        chunk, inside, expected = self.add_place(image, per_image)
+        number, inside, expected = self.add_place(image, per_image)
         word = Signal(max=len(self.slots)*self.words)
         self.comb += [
-            word.eq(Cat(chunk[5:5 + log2_int(self.words)], slot)),
-            self.judged.eq(step == steps),
+            word.eq(Cat(number[5:5 + log2_int(self.words)], slot)),
+            self.chunk.judged.eq(step == steps),
             finished.eq(step == steps - 1),
         ]
         self.sync += [
-            If(~self.judge | self.clearing,
+            If(~self.chunk.judge | self.clearing,
                 step.eq(0)
-            ).Elif(~self.judged,
+            ).Elif(~self.chunk.judged,
                 step.eq(step + 1)
             ),
-            If(~finished & ~self.judged,
+            If(~finished & ~self.chunk.judged,
                 self.chunk_word.eq(word)
             ),
             If(finished,
-                self.fits.eq(hit & inside & (self.chunk_offset[:10] == 0) & (self.chunk_length == expected)),
+                self.chunk.fits.eq(
+                    hit & inside & (self.chunk.offset[:10] == 0) & (self.chunk.length == expected)),
                 self.found.eq(slot),
-                self.address.eq(base + self.chunk_offset),
-                self.repeated.eq((self.update.dat_r >> chunk[:5]) & 1),
-                self.marked.eq(self.update.dat_r | (1 << chunk[:5]))
+                self.address.eq(base + self.chunk.offset),
+                self.chunk.repeated.eq((self.update.dat_r >> number[:5]) & 1),
+                self.marked.eq(self.update.dat_r | (1 << number[:5]))
             ),
         ]
 
     def add_search(self):
-        """Find the slot that is open for the chunk's frame; ids are unique. Return whether there is one, its number,
-        its image's pixels and chunks, and its base."""
+        """Find the slot that is open for the chunk's frame; ids are unique.
+
+        Return whether there is one, its number, pixels and chunks of its images, and its base.
+        """
         hits      = Signal(len(self.slots))
         hit       = Signal()
         slot      = Signal(4)
@@ -215,7 +215,7 @@ class SlotTable(LiteXModule):
         ]
         for n, candidate in enumerate(self.slots):
             self.sync += [
-                hits[n].eq(candidate.opened & (candidate.frame_id == self.chunk_frame_id)),
+                hits[n].eq(candidate.opened & (candidate.frame_id == self.chunk.frame_id)),
                 If(hits[n],
                     slot.eq(n),
                     image.eq(candidate.pixels),
@@ -226,23 +226,23 @@ class SlotTable(LiteXModule):
         return hit, slot, image, per_image, base
 
     def add_place(self, image, per_image):
-        """Find the chunk in its image. Return its number in the frame, whether there is such a chunk, and its length."""
-        chunk    = Signal(22) # Counted from the left image,
-        beyond   = Signal(22) # from the other one,
-        local    = Signal(22) # or from its own.
-        inside   = Signal()
-        before   = Signal(32) # Pixels of the image before the chunk,
-        left     = Signal(32) # and from the chunk to the image's end.
-        expected = Signal(11)
+        """Find the chunk in its image. Return its number in the frame, whether the frame has it, and its length."""
+        number    = Signal(22) # Of the chunk in the frame,
+        beyond    = Signal(22) # in the right image,
+        local     = Signal(22) # and in its own image.
+        inside    = Signal()
+        before    = Signal(32) # Pixels of the image before the chunk,
+        remaining = Signal(32) # and from its begin to the image's end.
+        expected  = Signal(11)
         self.comb += [
-            chunk.eq(self.chunk_offset[10:]),
-            beyond.eq(chunk - per_image),
+            number.eq(self.chunk.offset[10:]),
+            beyond.eq(number - per_image),
             before.eq(Cat(C(0, 10), local)),
         ]
         self.sync += [
-            local.eq(Mux(chunk < per_image, chunk, beyond)),
-            inside.eq(chunk < Cat(C(0, 1), per_image)),
-            left.eq(image - before),
-            expected.eq(Mux(left < CHUNK_BYTES, left, CHUNK_BYTES)),
+            local.eq(Mux(number < per_image, number, beyond)),
+            inside.eq(number < Cat(C(0, 1), per_image)),
+            remaining.eq(image - before),
+            expected.eq(Mux(remaining < CHUNK_BYTES, remaining, CHUNK_BYTES)),
         ]
-        return chunk, inside, expected
+        return number, inside, expected

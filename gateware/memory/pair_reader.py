@@ -17,9 +17,9 @@ from .ports   import MemoryReader, buffered, word_address, word_bytes
 class PairReader(LiteXModule):
     """Read a left and a right image from memory and stream them as pixel pairs.
 
-    Both images are read through one port, in alternating bursts, so that an SDRAM changes its row once a burst and not once
-    a word. Images are contiguous: rows follow each other without padding, one byte per pixel; a base address is a
-    multiple of the port's word.
+    Both images are read through one port, in alternating bursts, so that an SDRAM changes its row once per burst and
+    not once per word. Images are contiguous: rows follow each other without padding, one byte per pixel; a base address
+    is a multiple of the port's word.
 
     A frame runs from `start` (one clock, while `idle`) to its last pixel. `stop`, held until `idle`, gives it up:
     no more words are asked for, and those under way are discarded.
@@ -27,7 +27,7 @@ class PairReader(LiteXModule):
     Parameters
     ----------
     port : wishbone.Interface or LiteDRAMNativePort
-        Way to memory.
+        Port to read from.
     burst_bytes : int
         Bytes of a burst: a power of 2 times the port's word, at least 2 words.
     """
@@ -49,11 +49,11 @@ class PairReader(LiteXModule):
         # # #
 
         self.reader     = reader = MemoryReader(port, fifo_depth=max(4, burst))
-        self.right      = Signal()                 # The image whose words are asked for: 0: left, 1: right.
-        self.asked      = Signal()                 # A word is asked for,
-        self.word_taken = Signal()                 # a word of each image is taken out of its FIFO.
-        self.under_way  = Signal(max=4*burst + 1)  # Words asked for and not yet answered.
-        self.remaining  = Signal(32)               # Pixels that have not left.
+        self.right      = Signal()                # Words are asked for of 0: the left image, 1: the right image.
+        self.asked      = Signal()                # A word is asked for.
+        self.word_taken = Signal()                # A word of each image is taken out of its FIFO.
+        self.under_way  = Signal(max=4*burst + 1) # Words asked for and not yet answered.
+        self.remaining  = Signal(32)              # Pixel pairs that have not left.
         self.comb      += self.error.eq(reader.error)
 
         self.add_fifos(port, burst)
@@ -82,7 +82,10 @@ class PairReader(LiteXModule):
             self.rooms.append(room)
 
     def add_addresses(self, port, ratio, burst):
-        """Address the word that is asked for; return what the states move on and ask."""
+        """Address the word that is asked for.
+
+        Return its position in the image, the image's last pixel and last word, and whether the burst ends with it.
+        """
         reader     = self.reader
         position   = Signal(32) # Word of the image.
         last_pixel = Signal(32)
@@ -102,7 +105,7 @@ class PairReader(LiteXModule):
         return position, last_pixel, last_word, burst_end
 
     def add_requests(self, position, last_pixel, last_word, burst_end, ratio):
-        """States of a frame: ask for a burst of the left image, the same burst of the right one, and on."""
+        """Add the states of a frame: ask for a burst of the left image, then the same one of the right image."""
         burst_base = Signal(32) # First word of this burst.
         self.fsm = fsm = FSM(reset_state="IDLE")
         self.comb += self.idle.eq(fsm.ongoing("IDLE"))
@@ -170,10 +173,10 @@ class PairReader(LiteXModule):
         )
 
     def add_answers(self):
-        """Sort answers: they come in the order of the requests, so the side changes after each burst's last."""
+        """Sort the answers: they come in the order of the requests, so the image changes with each burst."""
         fifos, reader, fsm = self.fifos, self.reader, self.fsm
-        draining   = Signal()
-        right_word = Signal()
+        draining   = Signal() # The frame was given up: answers are discarded.
+        right_word = Signal() # The next answer is of the right image.
         answered   = Signal()
         self.comb += [
             draining.eq(fsm.ongoing("DRAIN") | fsm.ongoing("DRAIN-REQUEST")),
@@ -198,10 +201,10 @@ class PairReader(LiteXModule):
         ]
 
     def add_pixels(self, ratio):
-        """Cut words into pixels, those of both images in the same clock."""
+        """Cut words into pixels, both images at the same time."""
         fifos       = self.fifos
-        byte        = Signal(max=ratio)
-        first       = Signal()
+        byte        = Signal(max=ratio) # Place of the next pixels in their words.
+        first       = Signal()          # They are the first of the frame.
         pixel_taken = Signal()
         self.comb += [
             self.source.valid.eq(fifos[0].source.valid & fifos[1].source.valid & (self.remaining != 0)),

@@ -5,8 +5,8 @@
 
 """One interface to the two kinds of memory port: LiteX's Wishbone and LiteDRAM's native port.
 
-A memory port is a `wishbone.Interface` with word addresses, a `LiteDRAMNativePort`, or a `RemotePort` to one of these in
-another clock domain. Byte order in a word is the CPU's: the byte at the lowest address is in the low bits.
+A memory port is a `wishbone.Interface` with word addresses, a `LiteDRAMNativePort`, or a `RemotePort` to one of these
+in another clock domain. Byte order in a word is the CPU's: the byte at the lowest address is in the low bits.
 """
 
 from typing import Protocol, runtime_checkable
@@ -57,7 +57,7 @@ def word_address(port, base, index):
     return address, address.eq(base[shift:] + index)
 
 def buffered(depth):
-    """Return whether a FIFO of words gets an output register, so that it can be block RAM: a deep one is large without."""
+    """Return whether a FIFO of words gets an output register: a deep one should be block RAM, which needs it."""
     return depth >= 32
 
 # Memory Reader ------------------------------------------------------------------------------------
@@ -135,7 +135,10 @@ class MemoryWriter(LiteXModule):
             self.sink = _registered(self, self.dma.sink)
 
 def _registered(module, sink):
-    """Return a sink with a register before `sink`: computing an address and choosing a DRAM bank do not fit one clock."""
+    """Return a sink with a register before `sink`.
+
+    Register the address first: computing it and choosing a DRAM bank do not fit one clock.
+    """
     module.buffer = buffer = stream.Buffer(sink.description)
     module.comb += buffer.source.connect(sink)
     return buffer.sink

@@ -15,19 +15,19 @@ from .ports   import MemoryReader, word_address, word_bytes
 # Stream Reader ------------------------------------------------------------------------------------
 
 class StreamReader(LiteXModule):
-    """Read a block of memory as a stream of items, one behind the other.
+    """Read a block of memory as a stream of items.
 
-    The base address is a multiple of the port's word. A block runs from `start` (one clock, while `idle`) to the item marked
-    last; the last item may reach beyond `length` bytes.
+    The base address is a multiple of the port's word. A block runs from `start` (one clock, while `idle`) to the item
+    marked last; the last item may reach beyond `length` bytes.
 
     Parameters
     ----------
     port : wishbone.Interface or LiteDRAMNativePort
-        Way to memory.
+        Port to read from.
     bits : int
-        Of an item: not more than the port's.
+        Bits of an item, at most those of the port's words.
     burst_bytes : int
-        Bytes that may be asked for before they are taken.
+        Bytes that are asked for before they are taken, at most.
     """
     def __init__(self, port, bits, burst_bytes=128):
         lanes = port.data_width//bits
@@ -55,9 +55,9 @@ class StreamReader(LiteXModule):
     def add_addresses(self, port):
         """Ask for the words of the block, one after the other."""
         reader    = self.reader
-        asking    = Signal()
-        position  = Signal(16)
-        last_word = Signal(16)
+        asking    = Signal()   # Words are to be asked for.
+        position  = Signal(16) # Number of the next one,
+        last_word = Signal(16) # and of the last one.
         address, compute_address = word_address(port, self.base, position)
         self.comb += [
             compute_address,
@@ -81,11 +81,11 @@ class StreamReader(LiteXModule):
 
     def add_items(self, bits, lanes):
         """Cut the words into items."""
-        running   = Signal()
-        lane      = Signal(max=max(lanes, 2))
-        last_item = Signal(16)
-        item      = Signal(16)
-        moves     = Signal()
+        running   = Signal()                  # Items are to come.
+        lane      = Signal(max=max(lanes, 2)) # Place of the next one in its word.
+        item      = Signal(16)                # Number of the next one,
+        last_item = Signal(16)                # and of the last one.
+        moves     = Signal()                  # It is taken.
         self.comb += [
             self.idle.eq(~running),
             last_item.eq(self.last_byte[log2_int(bits//8):]),

@@ -15,22 +15,22 @@ from .ports   import MemoryWriter, buffered, word_address, word_bytes
 # Stream Writer ------------------------------------------------------------------------------------
 
 class StreamWriter(LiteXModule):
-    """Write a stream of items to memory, one behind the other, in bursts.
+    """Write a stream of items to memory, in bursts.
 
-    The base address is a multiple of the port's word. Whole words are written: up to a word less an item behind the last
-    one is overwritten with undefined values.
+    The base address is a multiple of the port's word. Whole words are written: after the last item, the rest of its
+    word is overwritten with undefined values.
 
     A block runs from `start` (one clock, while `idle`) to the item marked last. `stop`, held until `idle`, gives it up:
-    what is under way is written, the rest is thrown away.
+    words under way are written, the others are discarded.
 
     Parameters
     ----------
     port : wishbone.Interface or LiteDRAMNativePort
-        Way to memory.
+        Port to write to.
     bits : int
-        Of an item: not more than the port's.
+        Bits of an item, at most those of the port's words.
     burst_bytes : int
-        Bytes that are written in one go.
+        Bytes of a burst.
     """
     def __init__(self, port, bits, burst_bytes=128):
         burst = burst_bytes//word_bytes(port)
@@ -59,9 +59,9 @@ class StreamWriter(LiteXModule):
         """Pack items into words. (LiteX's Converter would do, but its mark `last` outlives a reset.)"""
         fifo      = self.fifo
         word      = Signal(len(fifo.sink.data))
-        lane      = Signal(max=max(lanes, 2))
-        full      = Signal()
-        last_word = Signal()
+        lane      = Signal(max=max(lanes, 2)) # Place of the next item in the word.
+        full      = Signal()                  # The word is complete,
+        last_word = Signal()                  # and the block's last.
         self.comb += [
             self.sink.ready.eq(self.running & (~full | fifo.sink.ready)),
             fifo.sink.valid.eq(full),
@@ -88,7 +88,7 @@ class StreamWriter(LiteXModule):
         ]
 
     def add_addresses(self, port):
-        """Address the words of the FIFO, one after the other."""
+        """Address the words that leave the FIFO."""
         fifo, writer = self.fifo, self.writer
         position = Signal(32)
         address, compute_address = word_address(port, self.base, position)
@@ -109,7 +109,7 @@ class StreamWriter(LiteXModule):
         ]
 
     def add_bursts(self, burst):
-        """Write a burst when one is complete, or when the block is."""
+        """Add the states of a block: write a burst when the FIFO holds one, or holds the block's last word."""
         fifo, writer, asked = self.fifo, self.writer, self.asked
         under_way = Signal(max=4*burst + 1) # Words asked for and not yet written.
         packed    = Signal()                # The block's last word is in the FIFO.

@@ -29,7 +29,7 @@ from .frame_link_csr        import FrameLinkCSR
 class FrameLink(FrameLinkCSR, LiteXModule):
     """Write images from datagrams to memory, and send maps and the firmware's replies from memory as datagrams.
 
-    Streamed frames need no memory on their path: pairs go from datagrams to `pairs`, and the map from `map` to datagrams.
+    Streamed frames bypass memory: pairs go from datagrams to `pairs`, and the map from `map` to datagrams.
 
     Parameters
     ----------
@@ -44,7 +44,7 @@ class FrameLink(FrameLinkCSR, LiteXModule):
     mailbox_entries
         See `MessageSorter`.
     burst_bytes : int
-        Bytes that are read or written in one go.
+        Bytes of a burst, to read or to write.
     streaming : bool
         Build what streamed frames need.
     with_csr : bool

@@ -53,7 +53,7 @@ class ScreenArbiter(LiteXModule):
         ]
 
     def add_gate(self, port, is_screen):
-        """Return a port for the crossbar that passes the commands of `port` on: in the screen's turns, or between them."""
+        """Return a port for the crossbar: it passes the commands of `port` in the screen's turns, or between them."""
         gated = LiteDRAMNativePort(port.mode, port.address_width, port.data_width, id=port.id)
         turn  = self.screen_turn if is_screen else ~self.screen_turn
         cmd   = gated.cmd
