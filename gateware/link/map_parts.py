@@ -53,14 +53,14 @@ class MapParts(LiteXModule):
     def add_pixels(self, write, parts):
         """Cut the map into parts, and keep those that find room."""
         sink, fifo = self.sink, self.fifo
-        active  = Signal()                 # Pixels of the map are missing.
-        offset  = Signal(32)               # Of the part.
-        pixel   = Signal(max=CHUNK_BYTES//2) # Of the part.
-        held    = Signal(DISPARITY_BITS)   # The pixel before, if that is the first of its word.
-        place   = Signal(max=parts)        # Where the part is kept.
-        omitted = Signal()                 # The part is left out,
-        omit    = Signal()                 # as known with its first pixel.
-        ends    = Signal()                 # The pixel is the last of the part.
+        active  = Signal()                   # Pixels of the map are missing.
+        offset  = Signal(32)                 # Of the part in the map.
+        pixel   = Signal(max=CHUNK_BYTES//2) # Number of the pixel in the part.
+        held    = Signal(DISPARITY_BITS)     # The pixel before, if that is the first of its word.
+        place   = Signal(max=parts)          # Where the part is kept.
+        omit    = Signal()                   # The part is left out, as decided with its first pixel,
+        omitted = Signal()                   # and remembered for the others.
+        ends    = Signal()                   # The pixel is the last of the part.
         self.comb += [
             sink.ready.eq(1),
             omit.eq(Mux(pixel == 0, ~fifo.sink.ready, omitted)),
@@ -102,7 +102,7 @@ class MapParts(LiteXModule):
         """Offer the parts as messages; discard those of a map that was given up, except for one that is being sent."""
         fifo     = self.fifo
         header   = Record([*self.job.layout], name="part_header")
-        dropping = Signal()
+        dropping = Signal() # The map was given up, and parts of it wait.
         self.comb += [
             fifo.source.ready.eq(Mux(self.taken, self.source.ready, dropping)),
             self.source.valid.eq(fifo.source.valid & (self.taken | ~dropping)),
@@ -125,11 +125,11 @@ class MapParts(LiteXModule):
 
     def add_payload(self, read, parts):
         """Read the payload of the first part that waits."""
-        first     = Signal(max=parts) # Where it is kept.
-        index     = Signal(max=CHUNK_BYTES//4)
-        following = Signal(max=CHUNK_BYTES//4)
-        there     = Signal()          # The memory shows its word.
-        popped    = Signal()          # It has been sent or discarded.
+        first     = Signal(max=parts)          # Where it is kept.
+        index     = Signal(max=CHUNK_BYTES//4) # Number of its next word,
+        following = Signal(max=CHUNK_BYTES//4) # and the same a clock later.
+        there     = Signal()                   # The memory shows that word.
+        popped    = Signal()                   # The part is sent or discarded.
         self.comb += [
             popped.eq(self.fifo.source.valid & self.fifo.source.ready),
             following.eq(index + (self.payload.valid & self.payload.ready)),

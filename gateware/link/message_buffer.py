@@ -45,9 +45,9 @@ class MessageBuffer(LiteXModule):
         self.moves_in = Signal() # A word is taken.
         self.judging  = Signal() # The clock after a datagram's last word.
         self.message  = Signal() # In that clock: the datagram was a message.
-        self.fifo     = stream.SyncFIFO([("bytes", 11)] + peer_layout(), messages, buffered=True)
+        self.fifo     = stream.SyncFIFO([("bytes", 11)] + peer_layout(), messages, buffered=True) # Messages that wait.
 
-        # A register for the wire's words; all below is after it.
+        # All that follows looks at the wire's words after a register.
         self.buffer   = stream.Buffer(datagram_description())
         self.comb += [
             self.sink.connect(self.buffer.sink),
@@ -57,19 +57,20 @@ class MessageBuffer(LiteXModule):
         self.sync += self.judging.eq(self.moves_in & self.buffer.source.last)
 
         self.add_check()
-        self.add_words(words)
+        read, taken = self.add_words(words)
+        self.add_output(read, taken)
 
     def add_check(self):
         """Check a datagram while it comes: length, magic, CRC; keep its size and its sender."""
         sink      = self.buffer.source
         count     = Signal(12)      # Words of the datagram before this one; stays at its largest value.
-        announced = Signal(32)
-        payload   = Signal(32)      # Bytes of payload as announced, also in the clock of the word that announces them.
+        announced = Signal(32)      # Bytes of payload, as the header says,
+        payload   = Signal(32)      # and the same, as early as the clock of the word that says so.
         tail      = Signal(3)       # Bytes of the last word.
-        bytes     = Signal(14)
-        expected  = Signal(33)
+        bytes     = Signal(14)      # Bytes up to this word,
+        expected  = Signal(33)      # and those that a message of this payload has.
         sound     = Signal(reset=1) # Nothing wrong so far.
-        magic     = Signal()
+        magic     = Signal()        # The first word begins with the magic number.
         sized     = Signal()        # It has the length of a message.
         size      = Signal(11)      # Of a message, in bytes,
         address   = Signal(32)      # and who sent it.
@@ -113,7 +114,10 @@ class MessageBuffer(LiteXModule):
         ]
 
     def add_words(self, words):
-        """Write words at once, and keep them if their datagram is a message."""
+        """Write words at once, and keep them if their datagram is a message.
+
+        Return the port to read them by, and the place of the next one to read.
+        """
         memory = Memory(32, words, name="message_buffer")
         write  = memory.get_port(write_capable=True, mode=READ_FIRST)
         read   = memory.get_port(mode=READ_FIRST)
@@ -122,9 +126,9 @@ class MessageBuffer(LiteXModule):
         begin    = Signal(max=2*words) # Where this datagram begins; one bit more tells full from empty.
         position = Signal(max=2*words) # Where its next word goes.
         taken    = Signal(max=2*words) # First word that is not free.
-        level    = Signal(max=2*words)
-        room     = Signal()
-        lost     = Signal() # A word of this datagram found no room.
+        level    = Signal(max=2*words) # Words that are not free.
+        room     = Signal()            # There is room for this word.
+        lost     = Signal()            # A word of this datagram found no room.
         fifo     = self.fifo
         self.comb += [
             level.eq(position - taken),
@@ -151,16 +155,16 @@ class MessageBuffer(LiteXModule):
                 )
             ),
         ]
-        self.add_output(read, taken)
+        return read, taken
 
     def add_output(self, read, taken):
-        """Give out the messages that wait, and advance `taken` with each word."""
+        """Give out the messages that wait, and count their words in `taken`."""
         fifo      = self.fifo
-        index     = Signal(max=MESSAGE_WORDS)
-        last_byte = Signal(max=MESSAGE_BYTES)
-        last_word = Signal(max=MESSAGE_WORDS)
-        moves     = Signal()
-        following = Signal(len(taken))
+        index     = Signal(max=MESSAGE_WORDS) # Number of the next word in its message,
+        last_word = Signal(max=MESSAGE_WORDS) # and of the last one,
+        last_byte = Signal(max=MESSAGE_BYTES) # which this byte ends.
+        moves     = Signal()                  # A word is taken.
+        following = Signal(len(taken))        # Place of the word that is next in the clock after.
         self.comb += [
             last_byte.eq(fifo.source.bytes - 1),
             last_word.eq(last_byte[2:]),

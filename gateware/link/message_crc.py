@@ -21,10 +21,10 @@ class MessageCRC(LiteXModule):
     system's clock.
     """
     def __init__(self):
-        self.data  = Signal(32)                  # Word, the first byte in the low bits.
-        self.be    = Signal(4, reset=0b1000)     # Mark of the last byte that counts.
-        self.value = Signal(32)                  # CRC of all words up to this one, a clock later.
-        self.error = Signal()                    # These words do not end in their own CRC, a clock later.
+        self.data    = Signal(32)              # Word, the first byte in the low bits.
+        self.be      = Signal(4, reset=0b1000) # Mark of the last byte that counts.
+        self.value   = Signal(32)              # CRC of all words up to this one.
+        self.error   = Signal()                # These words do not end in their own CRC.
         self.latency = 1
 
         # # #

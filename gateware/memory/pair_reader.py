@@ -50,6 +50,9 @@ class PairReader(LiteXModule):
 
         self.reader     = reader = MemoryReader(port, fifo_depth=max(4, burst))
         self.right      = Signal()                # Words are asked for of 0: the left image, 1: the right image.
+        self.position   = Signal(32)              # Number of the next word to ask for,
+        self.last_word  = Signal(32)              # and of the image's last one.
+        self.burst_end  = Signal()                # The next word is the last of the burst.
         self.asked      = Signal()                # A word is asked for.
         self.word_taken = Signal()                # A word of each image is taken out of its FIFO.
         self.under_way  = Signal(max=4*burst + 1) # Words asked for and not yet answered.
@@ -57,7 +60,8 @@ class PairReader(LiteXModule):
         self.comb      += self.error.eq(reader.error)
 
         self.add_fifos(port, burst)
-        self.add_requests(*self.add_addresses(port, ratio, burst), ratio)
+        self.add_addresses(port, ratio, burst)
+        self.add_requests()
         self.add_answers()
         self.add_pixels(ratio)
 
@@ -82,38 +86,33 @@ class PairReader(LiteXModule):
             self.rooms.append(room)
 
     def add_addresses(self, port, ratio, burst):
-        """Address the word that is asked for.
-
-        Return its position in the image, the image's last pixel and last word, and whether the burst ends with it.
-        """
+        """Address the next word; a burst ends at a multiple of its size, or with the image."""
         reader     = self.reader
-        position   = Signal(32) # Word of the image.
         last_pixel = Signal(32)
-        last_word  = Signal(32)
-        burst_end  = Signal()
         base       = Signal(32)
-        address, compute_address = word_address(port, base, position)
+        address, compute_address = word_address(port, base, self.position)
         self.comb += [
             base.eq(Mux(self.right, self.right_base, self.left_base)),
             compute_address,
-            last_pixel.eq(self.pixels - 1),
-            burst_end.eq((position[:log2_int(burst)] == burst - 1) | (position == last_word)),
+            self.burst_end.eq((self.position[:log2_int(burst)] == burst - 1) | (self.position == self.last_word)),
             reader.sink.address.eq(address),
-            reader.sink.last.eq(burst_end),
+            reader.sink.last.eq(self.burst_end),
             self.asked.eq(reader.sink.valid & reader.sink.ready),
+            last_pixel.eq(self.pixels - 1),
         ]
-        return position, last_pixel, last_word, burst_end
+        self.sync += If(self.idle,
+            self.last_word.eq(last_pixel[log2_int(ratio):])
+        )
 
-    def add_requests(self, position, last_pixel, last_word, burst_end, ratio):
+    def add_requests(self):
         """Add the states of a frame: ask for a burst of the left image, then the same one of the right image."""
         burst_base = Signal(32) # First word of this burst.
         self.fsm = fsm = FSM(reset_state="IDLE")
         self.comb += self.idle.eq(fsm.ongoing("IDLE"))
         fsm.act("IDLE",
             NextValue(self.right, 0),
-            NextValue(position, 0),
+            NextValue(self.position, 0),
             NextValue(burst_base, 0),
-            NextValue(last_word, last_pixel[log2_int(ratio):]),
             If(self.start,
                 NextState("WAIT")
             )
@@ -128,18 +127,18 @@ class PairReader(LiteXModule):
         fsm.act("BURST",
             self.reader.sink.valid.eq(1),
             If(self.asked,
-                NextValue(position, position + 1),
-                If(burst_end,
+                NextValue(self.position, self.position + 1),
+                If(self.burst_end,
                     NextValue(self.right, ~self.right),
                     If(self.right,
-                        NextValue(burst_base, position + 1),
-                        If(position == last_word,
+                        NextValue(burst_base, self.position + 1),
+                        If(self.position == self.last_word,
                             NextState("PIXELS")
                         ).Else(
                             NextState("WAIT")
                         )
                     ).Else(
-                        NextValue(position, burst_base),
+                        NextValue(self.position, burst_base),
                         NextState("WAIT")
                     )
                 )
