@@ -66,11 +66,11 @@ def send_queue(make=SendQueue) -> Proof:
     proof.assume("a burst is shorter than half of memory", job.length < 2**(BITS - 1))
     accepted = [core.reply & ~core.reply_busy, core.burst & ~core.burst_busy]
 
-    # MessageFramer takes a message behind its payload, and no other payload.
+    # MessageFramer takes a message after its payload, and no other payload.
     words = rounded(proof, source.length)
     word  = counted(proof, taken(payload), taken(source), 8)
     proof.assume("words are taken of the message that is offered", ~taken(payload) | (source.valid & (word < words)))
-    proof.assume("and the message behind them", ~taken(source) | (word == words))
+    proof.assume("and the message after them", ~taken(source) | (word == words))
 
     proof.prove("what is offered stays", stays(proof, source))
     proof.prove("and so does its payload", stays(proof, payload))
@@ -109,7 +109,7 @@ def send_queue(make=SendQueue) -> Proof:
     late     = counted(proof, reader.idle, core.abort & core.burst_busy & ~stopped, 4)
     proof.sync += If(core.abort & core.burst_busy, stopped.eq(1)).Elif(accepted[1], stopped.eq(0))
     proof.prove("a burst that was given up reads no further message", ~reader.start | ~chosen | ~stopped)
-    proof.prove("and ends when the present one is read, whatever the wire does",
+    proof.prove("and ends when the present one is read, even if the wire stalls",
                 ~core.burst_busy | ~stopped | (late <= 3))
 
     invariants(proof, core, reader, SimpleNamespace(
@@ -172,7 +172,7 @@ def one_job(proof: Proof, core: SendQueue, accepted: list) -> SimpleNamespace:
         return condition
 
     offered = {name: getattr(source, name) for name, _ in LAYOUT}
-    proof.prove("its messages are its parts, one behind the other, of all fields", ~(source.valid & source.mark)
+    proof.prove("its messages are its parts, one after the other, with all fields", ~(source.valid & source.mark)
                 | part(offered, sent))
     at_rest = ~core.reply_busy & ~core.burst_busy & ~source.valid & (core.fsm.state == core.fsm.encoding["CHOOSE"])
     proof.prove("all of them have left in the end, unless it was given up",

@@ -80,7 +80,7 @@ FAULTS = {
         "self.o.eq(gone.q[0] != counted[0])", "after two clocks of its side at most"),
     "a message held too long": (
         arbiter, "message_arbiter", "MessageArbiter", "If(self.source.valid & self.source.ready,",
-        "If(self.payload.valid & self.payload.ready,", "behind its end there is a clock without"),
+        "If(self.payload.valid & self.payload.ready,", "after its end there is a clock without"),
     "a word too few": (
         message_framer, "message_framer", "MessageFramer", "rounded.eq(sink.length + 3)", "rounded.eq(sink.length)",
         "its last word but one"),
@@ -104,7 +104,7 @@ FAULTS = {
     "a field left out": (
         send_queue, "send_queue", "SendQueue", "offered.source.connect(self.source)",
         'offered.source.connect(self.source, omit={"offset"})',
-        "its messages are its parts, one behind the other, of all fields"),
+        "its messages are its parts, one after the other, with all fields"),
     "a reply that comes again": (
         send_queue, "send_queue", "SendQueue", "answered.eq(self.done & ~self.chosen)",
         "answered.eq(self.done & ~self.chosen & ~self.burst_busy)", "the reply is all of it"),

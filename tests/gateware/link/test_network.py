@@ -99,7 +99,7 @@ class Host:
                                  status=["produced", "missing", "overrun", "malformed"])
 
     def exchange(self, frames: list[bytes], answers: int, settle: int = 3000) -> list[bytes]:
-        """Send frames one behind the other, and take frames of the device."""
+        """Send frames without a pause, and take frames of the device."""
         if self.framed:
             frames = [on_the_wire(frame) for frame in frames]
         data  = np.frombuffer(b"".join(frames), np.uint8).astype(np.uint32)

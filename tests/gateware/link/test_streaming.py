@@ -40,7 +40,7 @@ def send(link: LinkBench, frame_id: int, chunks: dict[int, bytes], **options) ->
 
 
 def check_parts(datagrams: list[Datagram], chunks: dict[int, bytes], frame_id: int, sequence: int) -> list[int]:
-    """Offsets of the parts that came, each right in all it says."""
+    """Return the offsets of the parts that came, after a check of everything else in them."""
     offsets = []
     for datagram in datagrams:
         message = Message.decode(datagram.data)
