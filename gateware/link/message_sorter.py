@@ -65,8 +65,7 @@ class MessageSorter(LiteXModule):
 
         self.moves        = Signal()                      # A word is taken.
         self.position     = Signal(max=MESSAGE_WORDS + 1) # Number of that word in its message.
-        # Header of a chunk; its first word is not kept.
-        self.header       = [Signal(32, name=f"header{n}") for n in range(HEADER_WORDS)]
+        self.header       = [Signal(32, name=f"header{n}") for n in range(HEADER_WORDS)] # Of a chunk, but for word 0.
         self.own          = Signal()                      # The chunk comes from the session's peer.
         self.payload_ends = Signal()                      # The word is the last of the payload.
         self.fsm          = FSM(reset_state="BEGIN")

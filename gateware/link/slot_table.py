@@ -83,10 +83,10 @@ class SlotTable(LiteXModule):
 
     def add_bitmaps(self):
         """Add a bit per chunk, with a port for chunks and clearing, and one for software."""
-        memory = Memory(32, len(self.slots)*self.words, name="arrived_chunks")
-        update = memory.get_port(write_capable=True, mode=READ_FIRST)
-        software_port  = memory.get_port(mode=READ_FIRST)
-        self.update    = update
+        memory        = Memory(32, len(self.slots)*self.words, name="arrived_chunks")
+        update        = memory.get_port(write_capable=True, mode=READ_FIRST)
+        software_port = memory.get_port(mode=READ_FIRST)
+        self.update   = update
         self.specials += memory, update, software_port
         # No register after this port: software may read in the second clock after it has written the index.
         self.comb += [
