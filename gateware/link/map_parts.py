@@ -15,9 +15,10 @@ from .message import *
 # Map Parts ----------------------------------------------------------------------------------------
 
 class MapParts(LiteXModule):
-    """Keep parts of the map that is being computed until they are sent, each as a message of its own.
+    """Keep parts of the map that is being computed until they are sent, each as a message.
 
-    The matcher does not wait for the wire: a part that finds no room when it begins is left out. The map is in memory as well.
+    The matcher does not wait for the wire: a part that finds no room when it begins is left out. Memory has the whole
+    map.
 
     Parameters
     ----------
@@ -26,38 +27,42 @@ class MapParts(LiteXModule):
     """
     def __init__(self, parts=4):
         check(parts >= 2 and parts & (parts - 1) == 0, f"parts must be a power of 2, at least 2, not {parts}.")
-        self.sink    = stream.Endpoint(disparity_layout())              # Pixels of the map, the last one marked. Never stalls.
-        self.job     = Record(peer_layout() + [                         # Whom the parts go to, and fields of their header:
-            ("session", 32), ("sequence", 32), ("frame_id", 32)])       # taken over by `open`.
-        self.open    = Signal()                                         # Begin a map (pulse). Not while sending, nor within a map.
-        self.close   = Signal()                                         # Give the map up (pulse).
-        self.sending = Signal()                                         # Parts wait to be sent, or one is being sent.
-        self.taken   = Signal()                                         # The message that is offered is being sent, and has to stay.
-        self.source  = stream.Endpoint(job_layout())                    # Messages.
-        self.payload = stream.Endpoint([("data", 32)])                  # Their payloads.
+        self.sink    = stream.Endpoint(disparity_layout()) # Pixels of the map, the last one marked. Never stalls.
+        # Receiver of the parts, and fields of their header: taken over by `open`.
+        self.job     = Record(peer_layout() + [("session", 32), ("sequence", 32), ("frame_id", 32)])
+        self.open    = Signal()                            # Begin a map (pulse). Not while sending, nor within a map.
+        self.close   = Signal()                            # Give the map up (pulse).
+        self.sending = Signal()                            # Parts wait to be sent, or one is being sent.
+        self.taken   = Signal()                            # The offered message is being sent, and has to stay.
+        self.source  = stream.Endpoint(job_layout())       # Messages.
+        self.payload = stream.Endpoint([("data", 32)])     # Their payloads.
+        self.latency = None                                # A part waits for its last pixel, and for the parts before.
 
         # # #
 
-        sink     = self.sink
-        words    = CHUNK_BYTES//4
-        memory   = Memory(32, parts*words, name="map_parts")
-        write    = memory.get_port(write_capable=True, mode=READ_FIRST)
-        read     = memory.get_port(mode=READ_FIRST)
+        memory = Memory(32, parts*CHUNK_BYTES//4, name="map_parts")
+        write  = memory.get_port(write_capable=True, mode=READ_FIRST)
+        read   = memory.get_port(mode=READ_FIRST)
         self.specials += memory, write, read
-        self.fifo = fifo = stream.SyncFIFO([("offset", 32), ("length", 11)], parts)
-        self.comb += sink.ready.eq(1)
+        self.fifo = stream.SyncFIFO([("offset", 32), ("length", 11)], parts) # Parts that wait.
 
-        # Pixels to parts.
-        # ----------------
-        active  = Signal()
-        offset  = Signal(32)               # Of the part.
-        pixel   = Signal(max=CHUNK_BYTES//2)
-        held    = Signal(DISPARITY_BITS)   # The pixel before, if that is the first of its word.
-        place   = Signal(max=parts)        # Where the part is kept.
-        omitted = Signal()                 # It is left out.
-        omit    = Signal()
-        ends    = Signal()
+        self.add_pixels(write, parts)
+        self.add_messages()
+        self.add_payload(read, parts)
+
+    def add_pixels(self, write, parts):
+        """Cut the map into parts, and keep those that find room."""
+        sink, fifo = self.sink, self.fifo
+        active  = Signal()                   # Pixels of the map are missing.
+        offset  = Signal(32)                 # Of the part in the map.
+        pixel   = Signal(max=CHUNK_BYTES//2) # Number of the pixel in the part.
+        held    = Signal(DISPARITY_BITS)     # The pixel before, if that is the first of its word.
+        place   = Signal(max=parts)          # Where the part is kept.
+        omit    = Signal()                   # The part is left out, as decided with its first pixel,
+        omitted = Signal()                   # and remembered for the others.
+        ends    = Signal()                   # The pixel is the last of the part.
         self.comb += [
+            sink.ready.eq(1),
             omit.eq(Mux(pixel == 0, ~fifo.sink.ready, omitted)),
             ends.eq(sink.valid & active & (sink.last | (pixel == CHUNK_BYTES//2 - 1))),
             write.adr.eq(Cat(pixel[1:], place)),
@@ -93,13 +98,12 @@ class MapParts(LiteXModule):
             ),
         ]
 
-        # Messages. What was given up and is not being sent is thrown away.
-        # -----------------------------------------------------------------
+    def add_messages(self):
+        """Offer the parts as messages; discard those of a map that was given up, except for one that is being sent."""
+        fifo     = self.fifo
         header   = Record([*self.job.layout], name="part_header")
-        dropping = Signal()
-        popped   = Signal()
+        dropping = Signal() # The map was given up, and parts of it wait.
         self.comb += [
-            popped.eq(fifo.source.valid & fifo.source.ready),
             fifo.source.ready.eq(Mux(self.taken, self.source.ready, dropping)),
             self.source.valid.eq(fifo.source.valid & (self.taken | ~dropping)),
             self.source.type.eq(TYPE_READ | REPLY_BIT),
@@ -119,13 +123,15 @@ class MapParts(LiteXModule):
             ),
         ]
 
-        # Payload of the first of them.
-        # -----------------------------
-        first     = Signal(max=parts) # Where it is kept.
-        index     = Signal(max=words)
-        following = Signal(max=words)
-        there     = Signal()          # The memory shows its word.
+    def add_payload(self, read, parts):
+        """Read the payload of the first part that waits."""
+        first     = Signal(max=parts)          # Where it is kept.
+        index     = Signal(max=CHUNK_BYTES//4) # Number of its next word,
+        following = Signal(max=CHUNK_BYTES//4) # and the same a clock later.
+        there     = Signal()                   # The memory shows that word.
+        popped    = Signal()                   # The part is sent or discarded.
         self.comb += [
+            popped.eq(self.fifo.source.valid & self.fifo.source.ready),
             following.eq(index + (self.payload.valid & self.payload.ready)),
             read.adr.eq(Cat(following, first)),
             self.payload.valid.eq(there),
@@ -133,7 +139,7 @@ class MapParts(LiteXModule):
         ]
         self.sync += [
             index.eq(following),
-            there.eq(fifo.source.valid & ~popped),
+            there.eq(self.fifo.source.valid & ~popped),
             If(popped,
                 first.eq(first + 1),
                 index.eq(0)

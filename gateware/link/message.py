@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Messages of the link as gateware sees them: numbers and layouts. docs/protocol.md says what they mean."""
+"""Messages of the link in the gateware: numbers and layouts. docs/protocol.md defines them."""
 
 from litex.soc.interconnect.stream import EndpointDescription
 
@@ -19,26 +19,29 @@ REPLY_BIT   = 0x80
 
 CHUNK_BYTES   = 1024
 HEADER_WORDS  = 6 # Of 32 bits: magic, version, type; session; sequence; frame id; offset; length.
-FRAME_BYTES   = 4*HEADER_WORDS + 4 # What a message has beside its payload: header and CRC.
+FRAME_BYTES   = 4*HEADER_WORDS + 4 # Header and CRC: all of a message but its payload.
 MESSAGE_BYTES = FRAME_BYTES + CHUNK_BYTES
 MESSAGE_WORDS = MESSAGE_BYTES//4
 
-MAILBOX_ENTRY_BYTES = 2048 # Stride of the mailbox: a message, and who sent it.
+MAILBOX_ENTRY_BYTES = 2048 # Stride of the mailbox: an entry is a message and its sender.
 
 def datagram_description():
-    """A datagram of LiteEth's UDP core, words of 32 bits, the first byte in the low bits; `last_be` marks the last byte."""
+    """Return the description of a datagram of LiteEth's UDP core.
+
+    Words of 32 bits, the first byte in the low bits; `last_be` marks the last byte.
+    """
     return eth_udp_user_description(32)
 
 def peer_layout():
-    """Who sent a datagram, or is to get one."""
+    """Return the layout of the address of a datagram's sender or receiver."""
     return [("address", 32), ("port", 16)]
 
 def message_description():
-    """A message as words of 32 bits, `last` with its last one; its bytes and its sender."""
+    """Return the description of a message: words of 32 bits, the last one marked; its bytes and its sender."""
     return EndpointDescription([("data", 32)], [("bytes", 11)] + peer_layout())
 
 def job_layout():
-    """A message to be sent, or a run of them: its peer, fields of its header, and where its payload is."""
+    """Return the layout of a message to send, or of a burst of them: receiver, header and place of the payload."""
     return peer_layout() + [
         ("type",      8),
         ("session",  32),

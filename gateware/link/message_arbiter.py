@@ -15,18 +15,19 @@ from .message import *
 # Message Arbiter ----------------------------------------------------------------------------------
 
 class MessageArbiter(LiteXModule):
-    """Two sources of messages take turns, a message each if both have one."""
+    """Pass on the messages of two sources, in turns of one message while both have one."""
     def __init__(self):
-        self.sinks    = [stream.Endpoint(job_layout())       for _ in range(2)] # Messages.
-        self.payloads = [stream.Endpoint([("data", 32)])     for _ in range(2)] # Their payloads.
-        self.source   = stream.Endpoint(job_layout())
-        self.payload  = stream.Endpoint([("data", 32)])
-        self.taken    = Signal(2)                                               # Whose message is under way: a bit each.
+        self.sinks    = [stream.Endpoint(job_layout())   for _ in range(2)] # Messages of each source.
+        self.payloads = [stream.Endpoint([("data", 32)]) for _ in range(2)] # Their payloads.
+        self.source   = stream.Endpoint(job_layout())                       # Messages of both.
+        self.payload  = stream.Endpoint([("data", 32)])                     # Their payloads.
+        self.taken    = Signal(2)                                           # A bit for each: its message is being sent.
+        self.latency  = None                                                # A message waits for its turn.
 
         # # #
 
-        turn    = Signal() # Whose message is under way, or was.
-        holding = Signal()
+        turn    = Signal() # Source of the message that is being sent, or was sent last.
+        holding = Signal() # A message is being sent.
         self.comb += [
             Case(turn, {n: [
                 If(holding,

@@ -17,18 +17,18 @@ from .message_crc import MessageCRC
 
 @ResetInserter()
 class MessageBuffer(LiteXModule):
-    """Take datagrams as they come from the wire, give on those that are messages, whole and checked.
+    """Take datagrams as they come from the wire, and pass on those that are messages, whole and checked.
 
-    The wire does not wait, so the sink is always ready but for the clock behind a datagram, which is judged then: it has been
-    written behind the messages that wait, and if it is not a message (length, magic, CRC), or if there was no room, its words are
-    forgotten.
+    The wire does not wait: the sink is always ready, except in the clock after a datagram, in which the datagram is
+    judged. Its words have been written after those of the messages that wait; they are discarded if the datagram is no
+    message (length, magic, CRC), or if there was no room for all of it.
 
     Parameters
     ----------
     words : int
         Room, in words of 32 bits; a power of 2.
     messages : int
-        Messages that can wait at most.
+        Most messages that wait.
     """
     def __init__(self, words=1024, messages=32):
         check(words >= 2*MESSAGE_WORDS and words & (words - 1) == 0,
@@ -38,34 +38,40 @@ class MessageBuffer(LiteXModule):
         self.received  = Signal()                                # A datagram has ended (pulse).
         self.malformed = Signal()                                # It was no message (pulse).
         self.overrun   = Signal()                                # There was no room for it (pulse).
+        self.latency   = None                                    # A message waits for its end, and for those before it.
 
         # # #
 
-        # Register in front: everything below looks at whole words.
-        # ---------------------------------------------------------
-        self.buffer = buffer = stream.Buffer(datagram_description())
-        sink        = buffer.source
-        moves_in    = Signal()
-        judging     = Signal()
-        self.comb += [
-            self.sink.connect(buffer.sink),
-            sink.ready.eq(~judging),
-            moves_in.eq(sink.valid & sink.ready),
-        ]
-        self.sync += judging.eq(moves_in & sink.last)
+        self.moves_in = Signal() # A word is taken.
+        self.judging  = Signal() # The clock after a datagram's last word.
+        self.message  = Signal() # In that clock: the datagram was a message.
+        self.fifo     = stream.SyncFIFO([("bytes", 11)] + peer_layout(), messages, buffered=True) # Messages that wait.
 
-        # Check.
-        # ------
-        count     = Signal(12) # Words of the datagram before this one; stays at the most.
-        announced = Signal(32)
-        payload   = Signal(32) # As announced, also with the word that announces it.
-        tail      = Signal(3)  # Bytes of the last word.
-        bytes     = Signal(14)
-        expected  = Signal(33)
+        # All that follows looks at the wire's words after a register.
+        self.buffer   = stream.Buffer(datagram_description())
+        self.comb += [
+            self.sink.connect(self.buffer.sink),
+            self.buffer.source.ready.eq(~self.judging),
+            self.moves_in.eq(self.buffer.source.valid & self.buffer.source.ready),
+        ]
+        self.sync += self.judging.eq(self.moves_in & self.buffer.source.last)
+
+        self.add_check()
+        read, taken = self.add_words(words)
+        self.add_output(read, taken)
+
+    def add_check(self):
+        """Check a datagram while it comes: length, magic, CRC; keep its size and its sender."""
+        sink      = self.buffer.source
+        count     = Signal(12)      # Words of the datagram before this one; stays at its largest value.
+        announced = Signal(32)      # Bytes of payload, as the header says,
+        payload   = Signal(32)      # and the same, as early as the clock of the word that says so.
+        tail      = Signal(3)       # Bytes of the last word.
+        bytes     = Signal(14)      # Bytes up to this word,
+        expected  = Signal(33)      # and those that a message of this payload has.
         sound     = Signal(reset=1) # Nothing wrong so far.
-        magic     = Signal()
+        magic     = Signal()        # The first word begins with the magic number.
         sized     = Signal()        # It has the length of a message.
-        message   = Signal()
         size      = Signal(11)      # Of a message, in bytes,
         address   = Signal(32)      # and who sent it.
         port      = Signal(16)
@@ -78,16 +84,19 @@ class MessageBuffer(LiteXModule):
                 4:         [tail.eq(3), crc.be.eq(4)],
                 "default": [tail.eq(4), crc.be.eq(8)],
             }),
-            crc.ce.eq(moves_in),
-            crc.reset.eq(judging),
+            crc.ce.eq(self.moves_in),
+            crc.reset.eq(self.judging),
             bytes.eq(Cat(C(0, 2), count) + tail),
             payload.eq(Mux(count == HEADER_WORDS - 1, sink.data, announced)),
             expected.eq(payload + FRAME_BYTES),
             magic.eq((count != 0) | (sink.data[:16] == MAGIC)),
-            message.eq(sound & sized & ~crc.error),
+            self.message.eq(sound & sized & ~crc.error),
+            self.fifo.sink.bytes.eq(size),
+            self.fifo.sink.address.eq(address),
+            self.fifo.sink.port.eq(port),
         ]
         self.sync += [
-            If(moves_in,
+            If(self.moves_in,
                 sound.eq(sound & magic & (sink.error == 0)),
                 announced.eq(payload),
                 sized.eq((count >= HEADER_WORDS) & (bytes == expected) & (expected <= MESSAGE_BYTES)),
@@ -98,62 +107,64 @@ class MessageBuffer(LiteXModule):
                     count.eq(count + 1)
                 )
             ),
-            If(judging,
+            If(self.judging,
                 count.eq(0),
                 sound.eq(1)
             ),
         ]
 
-        # Words: written at once, kept when the message is.
-        # -------------------------------------------------
-        memory  = Memory(32, words, name="message_buffer")
-        write   = memory.get_port(write_capable=True, mode=READ_FIRST)
-        read    = memory.get_port(mode=READ_FIRST)
+    def add_words(self, words):
+        """Write words at once, and keep them if their datagram is a message.
+
+        Return the port to read them by, and the place of the next one to read.
+        """
+        memory = Memory(32, words, name="message_buffer")
+        write  = memory.get_port(write_capable=True, mode=READ_FIRST)
+        read   = memory.get_port(mode=READ_FIRST)
         self.specials += memory, write, read
 
         begin    = Signal(max=2*words) # Where this datagram begins; one bit more tells full from empty.
         position = Signal(max=2*words) # Where its next word goes.
         taken    = Signal(max=2*words) # First word that is not free.
-        level    = Signal(max=2*words)
-        room     = Signal()
-        lost     = Signal() # A word of this datagram found no room.
-        self.fifo = fifo = stream.SyncFIFO([("bytes", 11)] + peer_layout(), messages, buffered=True)
+        level    = Signal(max=2*words) # Words that are not free.
+        room     = Signal()            # There is room for this word.
+        lost     = Signal()            # A word of this datagram found no room.
+        fifo     = self.fifo
         self.comb += [
             level.eq(position - taken),
             room.eq((level != words) & ~lost & fifo.sink.ready),
             write.adr.eq(position[:-1]),
-            write.dat_w.eq(sink.data),
-            write.we.eq(moves_in & room),
-            fifo.sink.valid.eq(judging & message & ~lost),
-            fifo.sink.bytes.eq(size),
-            fifo.sink.address.eq(address),
-            fifo.sink.port.eq(port),
-            self.received.eq(judging),
-            self.malformed.eq(judging & ~message),
-            self.overrun.eq(judging & message & lost),
+            write.dat_w.eq(self.buffer.source.data),
+            write.we.eq(self.moves_in & room),
+            fifo.sink.valid.eq(self.judging & self.message & ~lost),
+            self.received.eq(self.judging),
+            self.malformed.eq(self.judging & ~self.message),
+            self.overrun.eq(self.judging & self.message & lost),
         ]
         self.sync += [
-            If(moves_in,
+            If(self.moves_in,
                 lost.eq(~room),
                 position.eq(position + room)
             ),
-            If(judging,
+            If(self.judging,
                 lost.eq(0),
-                If(message & ~lost,
+                If(self.message & ~lost,
                     begin.eq(position)
                 ).Else(
                     position.eq(begin)
                 )
             ),
         ]
+        return read, taken
 
-        # Out: a message is there as a whole before its first word is.
-        # ------------------------------------------------------------
-        index     = Signal(max=MESSAGE_WORDS)
-        last_byte = Signal(max=MESSAGE_BYTES)
-        last_word = Signal(max=MESSAGE_WORDS)
-        moves     = Signal()
-        following = Signal(max=2*words)
+    def add_output(self, read, taken):
+        """Give out the messages that wait, and count their words in `taken`."""
+        fifo      = self.fifo
+        index     = Signal(max=MESSAGE_WORDS) # Number of the next word in its message,
+        last_word = Signal(max=MESSAGE_WORDS) # and of the last one,
+        last_byte = Signal(max=MESSAGE_BYTES) # which this byte ends.
+        moves     = Signal()                  # A word is taken.
+        following = Signal(len(taken))        # Place of the word that is next in the clock after.
         self.comb += [
             last_byte.eq(fifo.source.bytes - 1),
             last_word.eq(last_byte[2:]),

@@ -14,16 +14,18 @@ from liteeth.mac.crc import LiteEthMACCRC32, LiteEthMACCRCEngine
 @ResetInserter()
 @CEInserter()
 class MessageCRC(LiteXModule):
-    """CRC-32 of words of 32 bits, of which the last may count in part.
+    """CRC-32 of words of 32 bits, of which the last one may count in part.
 
-    As `LiteEthMACCRC32`, which has an engine for each number of bytes, but with the second half of a word behind the first one:
-    two thirds of the size, and with a register behind it fast enough for the system's clock.
+    It replaces `LiteEthMACCRC32`, which has an engine for each number of bytes. Here the engines of the second half of
+    a word follow those of the first half: two thirds of the size, and with a register after them fast enough for the
+    system's clock.
     """
     def __init__(self):
-        self.data  = Signal(32)                  # Word, the first byte in the low bits.
-        self.be    = Signal(4, reset=0b1000)     # Mark of the last byte that counts.
-        self.value = Signal(32)                  # CRC of all words up to this one, a clock later.
-        self.error = Signal()                    # What has come does not end in its own CRC, likewise.
+        self.data    = Signal(32)              # Word, the first byte in the low bits.
+        self.be      = Signal(4, reset=0b1000) # Mark of the last byte that counts.
+        self.value   = Signal(32)              # CRC of all words up to this one.
+        self.error   = Signal()                # These words do not end in their own CRC.
+        self.latency = 1
 
         # # #
 

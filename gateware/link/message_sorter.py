@@ -15,96 +15,104 @@ from .message import *
 # Message Sorter -----------------------------------------------------------------------------------
 
 class MessageSorter(LiteXModule):
-    """Write messages to memory: chunks of images in their frame's slot, all others in the mailbox of the firmware.
+    """Write messages to memory: chunks of images to the slot of their frame, all others to the mailbox of the firmware.
 
-    A chunk counts as arrived, and a message as produced, when it is in memory. Chunks of pairs go to the matcher instead.
+    A chunk counts as arrived, and a message as produced, once it is in memory. Chunks of pairs go to the matcher
+    instead.
+
+        BEGIN ── SORT ─┬─ DROP
+                       ├─ HEADER ── JUDGE ─────── CHUNK ── CHUNK-CRC ── CHUNK-WRITTEN      chunk of an image
+                       ├─ HEADER ── JUDGE-PAIRS ─ PAIRS ── PAIRS-CRC                       chunk of pairs
+                       └─ PEER ──── LENGTH ────── MAILBOX ── MAILBOX-WRITTEN               any other message
+
+    Each path ends in BEGIN; a chunk that is not wanted goes from JUDGE or JUDGE-PAIRS to DROP.
 
     Parameters
     ----------
     table : SlotTable
         Frames that may be written.
     writer : StreamWriter
-        Way to memory, of 32-bit items; nobody else uses it.
+        Writer to memory, of 32-bit items, for this core alone.
     mailbox_entries : int
-        Messages that the mailbox holds; a power of 2, at most 128.
+        Messages that the mailbox holds; a power of 2 from 2 to 128.
     gate : PairGate, optional
-        Way to the matcher; without it chunks of pairs are messages as any other.
+        Path to the matcher; without it chunks of pairs are messages like any other.
     """
     def __init__(self, table, writer, mailbox_entries=8, gate=None):
         check(2 <= mailbox_entries <= 128 and mailbox_entries & (mailbox_entries - 1) == 0,
             f"mailbox_entries must be a power of 2 from 2 to 128, not {mailbox_entries}.")
-        self.sink     = stream.Endpoint(message_description())
-        self.enable   = Signal()   # Off: messages are thrown away.
+        self.sink    = stream.Endpoint(message_description()) # Messages, whole and checked.
+        self.enable  = Signal() # Off: messages are discarded.
+        self.latency = None     # Depends on memory, and for chunks of pairs on the matcher.
         # Session.
-        self.token        = Signal(32) # 0: none.
-        self.peer_address = Signal(32)
-        self.peer_port    = Signal(16)
+        self.token        = Signal(32) # Token of the session; 0: there is none.
+        self.peer_address = Signal(32) # IPv4 address of its peer.
+        self.peer_port    = Signal(16) # UDP port of its peer.
         # Mailbox.
         self.mailbox_base = Signal(32) # Byte address.
         self.produced     = Signal(8)  # Messages put in, modulo 256.
-        self.consumed     = Signal(8)  # Messages taken out, likewise.
+        self.consumed     = Signal(8)  # Messages taken out, modulo 256.
         # Status and events (pulses).
-        self.writing      = Signal()   # A chunk is on its way to memory, in the slot `table.found`.
-        self.accepted     = Signal()   # A chunk has arrived, or passed.
-        self.stored       = Signal()   # It has arrived in memory.
-        self.repeated     = Signal()   # A chunk had arrived before.
+        self.writing      = Signal()   # A chunk is on its way to memory, to the slot `table.found`.
+        self.accepted     = Signal()   # A chunk has arrived in memory, or has passed to the matcher.
+        self.stored       = Signal()   # A chunk has arrived in memory.
+        self.repeated     = Signal()   # A chunk has come before.
         self.foreign      = Signal()   # A chunk of another session or peer.
         self.unfit        = Signal()   # A chunk of no open frame.
         self.mailbox_full = Signal()   # No room for a message.
 
         # # #
 
-        sink  = self.sink
-        moves = Signal()
-        self.comb += moves.eq(sink.valid & sink.ready)
+        self.moves        = Signal()                      # A word is taken.
+        self.position     = Signal(max=MESSAGE_WORDS + 1) # Number of that word in its message.
+        self.header       = [Signal(32, name=f"header{n}") for n in range(HEADER_WORDS)] # Of a chunk, but for word 0.
+        self.own          = Signal()                      # The chunk comes from the session's peer.
+        self.payload_ends = Signal()                      # The word is the last of the payload.
+        self.fsm          = FSM(reset_state="BEGIN")
 
-        # Words of a message, and what a chunk's header says.
-        # ---------------------------------------------------
-        position     = Signal(max=MESSAGE_WORDS + 1) # Of the word that is next.
-        header       = [Signal(32, name=f"header{n}") for n in range(HEADER_WORDS)]
-        upload       = Signal() # The first word is a chunk's,
-        pairs        = Signal() # or that of a chunk of pairs; a clock later, as memory gives the word late in its own.
-        own          = Signal() # The chunk comes from the session's peer.
+        self.add_header()
+        self.add_kinds(writer, mailbox_entries, gate)
+        self.add_chunk(table, writer)
+        if gate is not None:
+            self.add_pairs(gate)
+        self.add_mailbox(table, writer, mailbox_entries)
+
+    def add_header(self):
+        """Count the words of a message, and keep the header of a chunk."""
+        sink         = self.sink
         rounded      = Signal(12)
         last_payload = Signal(max=MESSAGE_WORDS + 1)
-        payload_ends = Signal()
         self.comb += [
-            table.chunk_frame_id.eq(header[3]),
-            table.chunk_offset.eq(header[4]),
-            table.chunk_length.eq(header[5]),
-            rounded.eq(header[5] + 3),
-            payload_ends.eq(position == last_payload),
+            self.moves.eq(sink.valid & sink.ready),
+            rounded.eq(self.header[5] + 3),
+            self.payload_ends.eq(self.position == last_payload),
         ]
         self.sync += [
-            upload.eq(sink.data[16:] == (TYPE_UPLOAD << 8 | VERSION)),
-            pairs.eq((sink.data[16:] == (TYPE_PAIRS << 8 | VERSION)) & int(gate is not None)),
-            If(moves,
-                Case(position, {n: header[n].eq(sink.data) for n in range(1, HEADER_WORDS)}),
-                position.eq(position + 1),
+            If(self.moves,
+                Case(self.position, {n: self.header[n].eq(sink.data) for n in range(1, HEADER_WORDS)}),
+                self.position.eq(self.position + 1),
                 If(sink.last,
-                    position.eq(0)
+                    self.position.eq(0)
                 )
             ),
-            own.eq((self.token != 0) & (header[1] == self.token)
+            self.own.eq((self.token != 0) & (self.header[1] == self.token)
                 & (sink.address == self.peer_address) & (sink.port == self.peer_port)),
             last_payload.eq(rounded[2:] + HEADER_WORDS - 1),
         ]
 
-        # Mailbox.
-        # --------
-        waiting = Signal(8)
-        entry   = Signal(log2_int(mailbox_entries))
-        letter  = Signal() # What is written is no chunk.
-        address = Signal(32)
-        passing = Signal() # What is looked at is a chunk of pairs.
-        self.comb += [
-            waiting.eq(self.produced - self.consumed),
-            entry.eq(self.produced),
-            writer.base.eq(Mux(letter, address, table.address)),
+    def add_kinds(self, writer, mailbox_entries, gate):
+        """Add the states that tell what a message is, and the one that discards it."""
+        sink, fsm = self.sink, self.fsm
+        # Both flags are registered, because the word comes late in its clock from block RAM.
+        upload  = Signal()  # The first word is that of a chunk of an image,
+        pairs   = Signal()  # or of a chunk of pairs.
+        passing = Signal()  # The message under way is a chunk of pairs.
+        waiting = Signal(8) # Messages in the mailbox.
+        self.comb += waiting.eq(self.produced - self.consumed)
+        self.sync += [
+            upload.eq(sink.data[16:] == (TYPE_UPLOAD << 8 | VERSION)),
+            pairs.eq((sink.data[16:] == (TYPE_PAIRS << 8 | VERSION)) & int(gate is not None)),
         ]
-        self.sync += address.eq(self.mailbox_base + Cat(C(0, log2_int(MAILBOX_ENTRY_BYTES)), entry))
-
-        self.fsm = fsm = FSM(reset_state="BEGIN")
         fsm.act("BEGIN",
             If(sink.valid,
                 NextState("SORT")
@@ -126,28 +134,31 @@ class MessageSorter(LiteXModule):
         )
         fsm.act("DROP",
             sink.ready.eq(1),
-            If(moves & sink.last,
+            If(self.moves & sink.last,
                 NextState("BEGIN")
             )
         )
-
-        # Chunk.
+        judge = NextState("JUDGE")
+        if gate is not None:
+            judge = If(passing, NextState("JUDGE-PAIRS")).Else(NextState("JUDGE"))
         fsm.act("HEADER",
             sink.ready.eq(1),
-            If(moves & (position == HEADER_WORDS - 1),
-                NextState("JUDGE"),
-                *[If(passing, NextState("JUDGE-PAIRS")) for _ in [gate] if gate is not None]
-            )
+            If(self.moves & (self.position == HEADER_WORDS - 1), judge)
         )
+
+    def add_chunk(self, table, writer):
+        """Add the states of a chunk of an image: judge it, write its payload, mark it as arrived."""
+        sink, fsm = self.sink, self.fsm
+        self.comb += table.chunk.ask(self.header)
         fsm.act("JUDGE",
-            table.judge.eq(1),
-            If(table.judged,
+            table.chunk.judge.eq(1),
+            If(table.chunk.judged,
                 NextState("DROP"),
-                If(~own,
+                If(~self.own,
                     self.foreign.eq(1)
-                ).Elif(~table.fits,
+                ).Elif(~table.chunk.fits,
                     self.unfit.eq(1)
-                ).Elif(table.repeated,
+                ).Elif(table.chunk.repeated,
                     self.repeated.eq(1)
                 ).Else(
                     writer.start.eq(1),
@@ -159,17 +170,17 @@ class MessageSorter(LiteXModule):
             self.writing.eq(1),
             writer.sink.valid.eq(sink.valid),
             writer.sink.data.eq(sink.data),
-            writer.sink.last.eq(payload_ends),
+            writer.sink.last.eq(self.payload_ends),
             sink.ready.eq(writer.sink.ready),
-            If(moves & payload_ends,
+            If(self.moves & self.payload_ends,
                 NextState("CHUNK-CRC")
             )
         )
-        # The CRC reaches into one more word, whatever the length.
+        # The CRC ends in the word after the payload's last, for any length.
         fsm.act("CHUNK-CRC",
             self.writing.eq(1),
             sink.ready.eq(1),
-            If(moves,
+            If(self.moves,
                 NextState("CHUNK-WRITTEN")
             )
         )
@@ -183,11 +194,56 @@ class MessageSorter(LiteXModule):
             )
         )
 
-        # Chunk of pairs.
-        if gate is not None:
-            self.add_pairs(gate, own, header, moves, payload_ends)
+    def add_pairs(self, gate):
+        """Add the states of a chunk of pairs: judge it, let its payload pass to the matcher."""
+        sink, fsm = self.sink, self.fsm
+        self.comb += [
+            *gate.chunk.ask(self.header),
+            gate.sink.data.eq(sink.data),
+            gate.sink.last.eq(self.payload_ends),
+        ]
+        fsm.act("JUDGE-PAIRS",
+            gate.chunk.judge.eq(1),
+            If(gate.chunk.judged,
+                NextState("DROP"),
+                If(~self.own,
+                    self.foreign.eq(1)
+                ).Elif(gate.chunk.fits,
+                    gate.begin.eq(1),
+                    NextState("PAIRS")
+                ).Elif(gate.chunk.repeated,
+                    self.repeated.eq(1)
+                ).Else(
+                    self.unfit.eq(1)
+                )
+            )
+        )
+        fsm.act("PAIRS",
+            gate.sink.valid.eq(sink.valid),
+            sink.ready.eq(gate.sink.ready),
+            If(self.moves & self.payload_ends,
+                NextState("PAIRS-CRC")
+            )
+        )
+        fsm.act("PAIRS-CRC",
+            sink.ready.eq(1),
+            If(self.moves,
+                self.accepted.eq(1),
+                NextState("BEGIN")
+            )
+        )
 
-        # Letter: who sent it and its length, then the message.
+    def add_mailbox(self, table, writer, mailbox_entries):
+        """Add the states of any other message: write its sender and its length to the mailbox, then the message."""
+        sink, fsm = self.sink, self.fsm
+        to_mailbox = Signal()                          # What is written goes to the mailbox,
+        entry      = Signal(log2_int(mailbox_entries)) # to this entry,
+        address    = Signal(32)                        # whose byte address this is.
+        self.comb += [
+            entry.eq(self.produced),
+            writer.base.eq(Mux(to_mailbox, address, table.address)),
+        ]
+        self.sync += address.eq(self.mailbox_base + Cat(C(0, log2_int(MAILBOX_ENTRY_BYTES)), entry))
         fsm.act("PEER",
             writer.sink.valid.eq(1),
             writer.sink.data.eq(sink.address),
@@ -199,64 +255,23 @@ class MessageSorter(LiteXModule):
             writer.sink.valid.eq(1),
             writer.sink.data.eq(Cat(sink.port, sink.bytes)),
             If(writer.sink.ready,
-                NextState("LETTER")
+                NextState("MAILBOX")
             )
         )
-        fsm.act("LETTER",
+        fsm.act("MAILBOX",
             writer.sink.valid.eq(sink.valid),
             writer.sink.data.eq(sink.data),
             writer.sink.last.eq(sink.last),
             sink.ready.eq(writer.sink.ready),
-            If(moves & sink.last,
-                NextState("LETTER-WRITTEN")
+            If(self.moves & sink.last,
+                NextState("MAILBOX-WRITTEN")
             )
         )
-        fsm.act("LETTER-WRITTEN",
+        fsm.act("MAILBOX-WRITTEN",
             If(writer.idle,
                 NextValue(self.produced, self.produced + 1),
                 NextState("BEGIN")
             )
         )
-        self.comb += letter.eq(fsm.ongoing("PEER") | fsm.ongoing("LENGTH") | fsm.ongoing("LETTER")
-            | fsm.ongoing("LETTER-WRITTEN"))
-
-    def add_pairs(self, gate, own, header, moves, payload_ends):
-        """States of a chunk of pairs."""
-        sink, fsm = self.sink, self.fsm
-        self.comb += [
-            gate.chunk_frame_id.eq(header[3]),
-            gate.chunk_offset.eq(header[4]),
-            gate.chunk_length.eq(header[5]),
-            gate.sink.data.eq(sink.data),
-            gate.sink.last.eq(payload_ends),
-        ]
-        fsm.act("JUDGE-PAIRS",
-            gate.judge.eq(1),
-            If(gate.judged,
-                NextState("DROP"),
-                If(~own,
-                    self.foreign.eq(1)
-                ).Elif(gate.fits,
-                    gate.begin.eq(1),
-                    NextState("PAIRS")
-                ).Elif(gate.repeated,
-                    self.repeated.eq(1)
-                ).Else(
-                    self.unfit.eq(1)
-                )
-            )
-        )
-        fsm.act("PAIRS",
-            gate.sink.valid.eq(sink.valid),
-            sink.ready.eq(gate.sink.ready),
-            If(moves & payload_ends,
-                NextState("PAIRS-CRC")
-            )
-        )
-        fsm.act("PAIRS-CRC",
-            sink.ready.eq(1),
-            If(moves,
-                self.accepted.eq(1),
-                NextState("BEGIN")
-            )
-        )
+        self.comb += to_mailbox.eq(
+            fsm.ongoing("PEER") | fsm.ongoing("LENGTH") | fsm.ongoing("MAILBOX") | fsm.ongoing("MAILBOX-WRITTEN"))

@@ -24,23 +24,24 @@ from liteeth.mac.preamble import LiteEthMACPreambleChecker, LiteEthMACPreambleIn
 from ..common.crossing        import Crossing
 from ..common.stream_register import add_register, join
 
-WORD_BITS = 32 # Between MAC and UDP: wide enough that the system's clock may be slower than the wire's.
+WORD_BITS = 32 # Between MAC and UDP: wide enough for a system clock that is slower than the wire's.
 
 # MAC Pipelines ------------------------------------------------------------------------------------
 
-class Registered(LiteXModule):
-    """Streams and cores of one clock domain in a row, with registers between each two.
+class RegisteredChain(LiteXModule):
+    """A chain of cores in one clock domain, with registers before, between and after them.
 
-    Without them the ready of a MAC's sender runs through preamble, CRC and converter in one clock, too long for 125 MHz.
+    Without the registers, the ready of a MAC's sender would run through preamble, CRC and converter in one clock, too
+    long for 125 MHz.
 
     Parameters
     ----------
     clock_domain : str
-        Of all of them.
+        Clock domain of the chain.
     source, sink : stream.Endpoint
-        Beginning and end of the row.
+        Stream that enters the chain, and stream that its last core feeds.
     cores : list
-        What stands between.
+        The cores, in order; without any the chain is one register.
     """
     def __init__(self, clock_domain, source, sink, cores=()):
         for core in [ClockDomainsRenamer(clock_domain)(core) for core in cores]:
@@ -50,10 +51,11 @@ class Registered(LiteXModule):
         add_register(self, source, sink, clock_domain)
 
 class MACSender(LiteXModule):
-    """Frames, words of 32 bits in `sys`, to the PHY: padding, CRC, preamble, gap."""
+    """Send Ethernet frames to the PHY: padding, CRC, preamble, gap."""
     def __init__(self, phy):
-        byte, word = eth_phy_description(8), eth_phy_description(WORD_BITS)
-        self.sink  = stream.Endpoint(word)
+        byte, word   = eth_phy_description(8), eth_phy_description(WORD_BITS)
+        self.sink    = stream.Endpoint(word) # Ethernet frames, words of 32 bits in `sys`.
+        self.latency = None                  # Depends on both clocks and on the wire.
 
         # # #
 
@@ -66,14 +68,15 @@ class MACSender(LiteXModule):
             cores += [LiteEthMACCRC32Inserter(byte), LiteEthMACPreambleInserter(8)]
         cores.append(LiteEthMACGap(8))
         self.crossing = crossing = Crossing(word.payload_layout, "sys", "eth_tx")
-        self.words    = Registered("sys", self.sink, crossing.sink)
-        self.bytes    = Registered("eth_tx", crossing.source, phy.sink, cores)
+        self.words    = RegisteredChain("sys", self.sink, crossing.sink)
+        self.bytes    = RegisteredChain("eth_tx", crossing.source, phy.sink, cores)
 
 class MACReceiver(LiteXModule):
-    """Frames from the PHY, as words of 32 bits in `sys`; frames with a wrong CRC are marked as errors."""
+    """Receive Ethernet frames from the PHY; those with a wrong CRC are marked as errors."""
     def __init__(self, phy):
-        byte, word  = eth_phy_description(8), eth_phy_description(WORD_BITS)
-        self.source = stream.Endpoint(word)
+        byte, word   = eth_phy_description(8), eth_phy_description(WORD_BITS)
+        self.source  = stream.Endpoint(word) # Ethernet frames, words of 32 bits in `sys`.
+        self.latency = None                  # Depends on both clocks.
 
         # # #
 
@@ -81,11 +84,11 @@ class MACReceiver(LiteXModule):
         if getattr(phy, "with_preamble_crc", True):
             cores = [LiteEthMACPreambleChecker(8), LiteEthMACCRC32Checker(byte), *cores]
         self.crossing = crossing = Crossing(word.payload_layout, "eth_rx", "sys")
-        self.bytes    = Registered("eth_rx", phy.source, crossing.sink, cores)
-        self.words    = Registered("sys", crossing.source, self.source)
+        self.bytes    = RegisteredChain("eth_rx", phy.source, crossing.sink, cores)
+        self.words    = RegisteredChain("sys", crossing.source, self.source)
 
 class MAC(LiteXModule):
-    """What LiteEth's protocols want of a MAC, around the two pipelines."""
+    """The sender and the receiver, with the interface of a MAC that LiteEth's protocols expect."""
     def __init__(self, phy, pipelined):
         self.sender       = sender       = MACSender(phy)
         self.receiver     = receiver     = MACReceiver(phy)
@@ -102,8 +105,10 @@ class MAC(LiteXModule):
 # IP -----------------------------------------------------------------------------------------------
 
 class IP(LiteXModule):
-    """As LiteEthIP, with a register behind its receiver: without it a header's check, and ICMP's and UDP's answer to it,
-    are one clock."""
+    """As LiteEthIP, with a register after its receiver.
+
+    Without the register, the check of a header and the reaction of ICMP and UDP to it would be in one clock.
+    """
     def __init__(self, mac, mac_address, ip_address, arp_table, pipelined):
         self.tx       = tx       = LiteEthIPTX(mac_address, ip_address, arp_table, dw=WORD_BITS)
         self.rx       = rx       = LiteEthIPRX(mac_address, ip_address, with_broadcast=False, dw=WORD_BITS)
@@ -126,24 +131,28 @@ class IP(LiteXModule):
 # Network ------------------------------------------------------------------------------------------
 
 class Network(LiteXModule):
-    """LiteEth's ARP, ICMP echo, IP and UDP at 32 bits in `sys`, on a PHY of a byte per clock.
+    """LiteEth's ARP, ICMP echo, IP and UDP with words of 32 bits in `sys`, on a PHY of a byte per clock.
 
     Parameters
     ----------
     phy
         LiteEth PHY, 8 bits wide, with its clock domains `eth_rx` and `eth_tx`.
     mac_address, ip_address : int, str
-        Of the device; the IP address as an int or in dots.
+        Addresses of the device; the IP address as an int or in dots.
     clk_freq : int
-        Of `sys` in Hz, for ARP's timeouts.
+        Frequency of `sys` in Hz, for ARP's timeouts.
     with_icmp : bool
-        Answer a ping. Nothing else needs it.
+        Answer a ping. No other function needs it.
     pipelined : bool
-        Registers for ready between the protocols, for a system clock of more than 60 MHz on an ECP5.
+        Add registers for ready between the protocols, for a system clock of more than 60 MHz on an ECP5.
     """
     def __init__(self, phy, mac_address, ip_address, clk_freq, with_icmp=True, pipelined=False):
         self.ip_address = ip_address = convert_ip(ip_address)
         self.pipelined  = pipelined
+        self.latency    = None # Depends on the wire, and on ARP.
+
+        # # #
+
         self.mac  = MAC(phy, pipelined)
         self.arp  = LiteEthARP(self.mac, mac_address, ip_address, clk_freq, entries=4, dw=WORD_BITS)
         self.ip   = IP(self.mac, mac_address, ip_address, self.arp.table, pipelined)
@@ -152,7 +161,7 @@ class Network(LiteXModule):
         self.udp  = LiteEthUDP(self.ip, ip_address, dw=WORD_BITS)
 
     def get_port(self, udp_port):
-        """Streams of datagrams from and to a UDP port."""
+        """Return the UDP core's port for `udp_port`: `source` has the datagrams to it, `sink` takes those from it."""
         port = self.udp.crossbar.get_port(udp_port, dw=WORD_BITS)
         if not self.pipelined:
             return port

@@ -9,23 +9,24 @@ from litex.gen import *
 
 from litex.soc.interconnect import stream
 
-from ..common import *
-from .message import *
+from ..common     import *
+from .chunk_check import ChunkCheck
+from .message     import *
 
 # Pair Gate ----------------------------------------------------------------------------------------
 
 class PairGate(LiteXModule):
     """Let the pixel pairs of one frame pass from the wire to the matcher, in their order.
 
-    The gate is opened for a frame: its id and how many pixels an image has. It takes the frame's chunks one after the other and is
-    closed when the last pair has passed, or by `close`, which throws away what is under way.
+    The gate is opened for a frame: its id and how many pixels an image has. It takes the frame's chunks one after the
+    other and is closed when the last pair has passed, or by `close`, which discards what is under way.
 
-    A chunk is judged from its `frame_id`, `offset` and `length`, which stand still while `judge` is 1. The verdict is there with
-    `judged`; `begin` then lets the chunk's words pass.
+    A chunk that fits is admitted by `begin`, in the clock of its verdict; then its words come.
     """
     def __init__(self):
-        self.sink   = stream.Endpoint([("data", 32)])       # Payload of the chunk that was let in: two pairs a word, the first in the low bits.
-        self.source = stream.Endpoint(pixel_pair_layout())  # Pairs, marked first and last of the frame.
+        self.sink    = stream.Endpoint([("data", 32)])      # Payload of a chunk, two pairs a word, the first one low.
+        self.source  = stream.Endpoint(pixel_pair_layout()) # Pairs, marked first and last of the frame.
+        self.latency = None                                 # Two pairs share a word: the second passes after the first.
         # Frame.
         self.frame_id = Signal(32) # Of the frame to open the gate for.
         self.pixels   = Signal(32) # Of one image, at least 1.
@@ -34,101 +35,102 @@ class PairGate(LiteXModule):
         self.opened   = Signal()   # Pairs are missing.
         self.offset   = Signal(32) # Of the chunk that comes next.
         # Chunk to judge.
-        self.chunk_frame_id = Signal(32)
-        self.chunk_offset   = Signal(32)
-        self.chunk_length   = Signal(32)
-        self.judge          = Signal()
-        # Verdict.
-        self.judged   = Signal()
-        self.fits     = Signal()   # It is the next one.
-        self.repeated = Signal()   # It has passed before.
-        self.begin    = Signal()   # Let it pass (pulse).
+        self.chunk    = ChunkCheck() # It fits: it is the one that comes next.
+        self.begin    = Signal()     # Admit it (pulse).
 
         # # #
 
-        # Frame.
-        # ------
-        frame_id = Signal(32)
-        left     = Signal(32)     # Bytes of chunks that are still to come,
-        whole    = Signal()       # of which the next one is not the last,
-        expected = Signal(11)     # and has so many bytes.
-        inside   = Signal()       # The words that come are of a chunk that was let in since the gate was opened.
-        pairs    = Signal(32)     # Pairs that have not passed.
-        first    = Signal()
-        passes   = Signal()
-        changed  = Signal(2)      # Opened or closed in the last clocks: a verdict of these is of the frame before.
+        self.expected = Signal(11) # Bytes of the chunk that comes next.
+        self.inside   = Signal()   # The words that come are of a chunk that was admitted since the gate was opened.
+        self.first    = Signal()   # The next pair is the first of the frame.
+        self.pairs    = Signal(32) # Pairs that have not passed.
+        self.passes   = Signal()   # A pair passes.
+
+        self.add_frame()
+        self.add_verdict()
+        self.add_pairs()
+
+    def add_frame(self):
+        """Open and close the gate, and count chunks and pairs."""
+        remaining = Signal(32) # Bytes of the chunks that have not come.
+        whole     = Signal()   # The next one of these has 1024 bytes.
+        changed   = Signal(2)  # Opened or closed in the last two clocks: a verdict of these is of the frame before.
         self.comb += [
-            whole.eq(left[10:] != 0),
-            expected.eq(Mux(whole, CHUNK_BYTES, left[:10])),
-            passes.eq(self.source.valid & self.source.ready),
+            whole.eq(remaining[10:] != 0),
+            self.expected.eq(Mux(whole, CHUNK_BYTES, remaining[:10])),
+            self.passes.eq(self.source.valid & self.source.ready),
         ]
         self.sync += [
             changed.eq(Cat(self.open | self.close, changed[0])),
-            # Not let in, a chunk's words are thrown away.
+            # Words of a chunk that was not admitted are discarded.
             If(self.begin & (changed == 0),
-                inside.eq(1),
-                self.offset.eq(self.offset + expected),
-                left.eq(left - expected)
+                self.inside.eq(1),
+                self.offset.eq(self.offset + self.expected),
+                remaining.eq(remaining - self.expected)
             ),
-            If(passes,
-                first.eq(0),
-                pairs.eq(pairs - 1),
+            If(self.passes,
+                self.first.eq(0),
+                self.pairs.eq(self.pairs - 1),
                 If(self.source.last,
                     self.opened.eq(0)
                 )
             ),
             If(self.sink.valid & self.sink.ready & self.sink.last,
-                inside.eq(0)
+                self.inside.eq(0)
             ),
             If(self.open,
-                frame_id.eq(self.frame_id),
-                left.eq(Cat(C(0, 1), self.pixels)),
-                pairs.eq(self.pixels),
+                remaining.eq(Cat(C(0, 1), self.pixels)),
+                self.pairs.eq(self.pixels),
                 self.offset.eq(0),
-                first.eq(1),
+                self.first.eq(1),
                 self.opened.eq(1)
             ),
             If(self.open | self.close,
-                inside.eq(0)
+                self.inside.eq(0)
             ),
             If(self.close,
                 self.opened.eq(0)
             ),
         ]
 
-        # Verdict, a register after each step.
-        # ------------------------------------
-        known   = Signal()
-        follows = Signal()
-        earlier = Signal()
-        sized   = Signal()
-        through = Signal()
+    def add_verdict(self):
+        """Judge a chunk, with a register after each step."""
+        chunk    = self.chunk
+        frame_id = Signal(32) # Of the frame that the gate is open for.
+        known    = Signal()   # The chunk is of that frame,
+        follows  = Signal()   # begins where the next one has to,
+        earlier  = Signal()   # or before that,
+        sized    = Signal()   # and has the length of the next one.
+        compared = Signal()   # These four are of the chunk that is judged.
         self.sync += [
-            known.eq(self.chunk_frame_id == frame_id),
-            follows.eq(self.chunk_offset == self.offset),
-            earlier.eq((self.chunk_offset < self.offset) & (self.chunk_offset[:10] == 0)),
-            sized.eq((self.chunk_length == expected) & (expected != 0)),
-            self.fits.eq(self.opened & known & follows & sized),
-            self.repeated.eq(known & earlier),
-            through.eq(self.judge & ~self.judged),
-            self.judged.eq(through & self.judge & ~self.judged),
+            If(self.open,
+                frame_id.eq(self.frame_id)
+            ),
+            known.eq(chunk.frame_id == frame_id),
+            follows.eq(chunk.offset == self.offset),
+            earlier.eq((chunk.offset < self.offset) & (chunk.offset[:10] == 0)),
+            sized.eq((chunk.length == self.expected) & (self.expected != 0)),
+            chunk.fits.eq(self.opened & known & follows & sized),
+            chunk.repeated.eq(known & earlier),
+            compared.eq(chunk.judge & ~chunk.judged),
+            chunk.judged.eq(compared & chunk.judge & ~chunk.judged),
         ]
 
-        # Words to pairs.
-        # ---------------
-        lane = Signal()
+    def add_pairs(self):
+        """Give out the two pairs of each word."""
+        lane = Signal() # Pair of the word that is next.
         pair = Signal(2*PIXEL_BITS)
         self.comb += [
             pair.eq(Mux(lane, self.sink.data[16:], self.sink.data[:16])),
             self.source.left.eq(pair[:PIXEL_BITS]),
             self.source.right.eq(pair[PIXEL_BITS:]),
-            self.source.first.eq(first),
-            self.source.last.eq(pairs == 1),
-            self.source.valid.eq(self.sink.valid & inside),
-            self.sink.ready.eq(~inside | (self.source.ready & (lane | self.source.last))),
+            self.source.first.eq(self.first),
+            self.source.last.eq(self.pairs == 1),
+            self.source.valid.eq(self.sink.valid & self.inside),
+            self.sink.ready.eq(~self.inside | (self.source.ready & (lane | self.source.last))),
         ]
         self.sync += [
-            If(passes,
+            If(self.passes,
                 lane.eq(~lane)
             ),
             If(self.sink.valid & self.sink.ready,

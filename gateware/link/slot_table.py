@@ -7,24 +7,39 @@ from migen import *
 
 from litex.gen import *
 
-from ..common import *
-from .message import *
+from ..common     import *
+from .chunk_check import ChunkCheck
+from .message     import *
+
+# Slot ---------------------------------------------------------------------------------------------
+
+class Slot:
+    """Registers of slot `n`: its frame, and how much of it is missing."""
+    def __init__(self, n, index_bits):
+        self.opened   = Signal(name=f"opened{n}")              # Chunks of its frame fit.
+        self.frame_id = Signal(32, name=f"frame_id{n}")        # Id of its frame.
+        self.base     = Signal(32, name=f"base{n}")            # Byte address of the left image.
+        self.pixels   = Signal(32, name=f"pixels{n}")          # Pixels of one image,
+        self.chunks   = Signal(index_bits, name=f"chunks{n}")  # and its chunks.
+        self.missing  = Signal(index_bits, name=f"missing{n}") # Chunks missing, of both images.
 
 # Slot Table ---------------------------------------------------------------------------------------
 
 class SlotTable(LiteXModule):
     """Frame slots that may be written from the wire, and which of their chunks have arrived.
 
-    A slot is opened for a frame: its id, where it lies, how many pixels an image has. The left image begins at its
-    base, the right one `pitch` bytes behind, an image rounded up to whole chunks.
+    A slot is opened for a frame: its id, its place in memory, how many pixels an image has. The left image begins at
+    the base, the right image `pitch` bytes after it; `pitch` is the size of an image, rounded up to whole chunks. An
+    image of 2500 pixels has three chunks, at offsets 0, 1024 and 2048 of the left image, and at 3072, 4096 and 5120 of
+    the right image; the last one of each has 452 bytes.
 
-    A chunk is judged from its `frame_id`, `offset` and `length`, which stand still while `judge` is 1. The verdict is there with
-    `judged` and stays until the next one; `set` then marks the chunk as arrived.
+    A chunk that fits is written by `MessageSorter`, and then marked as arrived by `set`. The verdict, with `found` and
+    `address`, holds until the next chunk is judged.
 
     Parameters
     ----------
     slots : int
-        Slots.
+        Slots, 1 to 16.
     max_chunks : int
         Most chunks of a frame, both images; a power of 2, at least 32.
     """
@@ -32,80 +47,67 @@ class SlotTable(LiteXModule):
         check(1 <= slots <= 16, f"slots must be 1 to 16, not {slots}.")
         check(max_chunks >= 32 and max_chunks & (max_chunks - 1) == 0,
             f"max_chunks must be a power of 2, at least 32, not {max_chunks}.")
-        words      = max_chunks//32 # Of the bitmap, per slot.
-        index_bits = bits_for(max_chunks)
-
         # Slots.
         self.slot     = Signal(4)  # Slot to open or close.
         self.frame_id = Signal(32) # Of the frame to open.
         self.base     = Signal(32) # Byte address of its left image.
-        self.pixels   = Signal(32) # Of one image; of more than max_chunks//2 chunks none is taken.
+        self.pixels   = Signal(32) # Of one image. If they make more than max_chunks//2 chunks, no chunk fits.
         self.open     = Signal()   # Open the slot (pulse). Not while clearing.
         self.close    = Signal()   # Close the slot (pulse).
         self.clearing = Signal()   # The slot is being prepared; it opens when that is done.
         # Chunk to judge.
-        self.chunk_frame_id = Signal(32)
-        self.chunk_offset   = Signal(32)
-        self.chunk_length   = Signal(32)
-        self.judge          = Signal()
-        # Verdict.
-        self.judged   = Signal()
-        self.fits     = Signal()   # A chunk of an open frame.
-        self.repeated = Signal()   # It has arrived before.
-        self.found    = Signal(4)  # Slot of the frame.
-        self.address  = Signal(32) # Where the chunk belongs.
-        self.set      = Signal()   # Mark it as arrived (pulse).
+        self.chunk    = ChunkCheck() # It fits: it is a chunk of an open frame.
+        self.found    = Signal(4)    # Slot of that frame.
+        self.address  = Signal(32)   # Byte address of the chunk.
+        self.set      = Signal()     # Mark it as arrived (pulse).
         # Which have arrived.
-        self.index   = Signal(16)  # Word of the bitmaps: slot x words + word.
-        self.arrived = Signal(32)  # That word, a clock later.
-        self.missing = Signal(16)  # Chunks missing of that slot.
+        self.arrived_index = Signal(16) # Word of the bitmaps to read: slot x (max_chunks // 32) + word.
+        self.arrived       = Signal(32) # That word, a clock later.
+        self.missing       = Signal(16) # Chunks that its slot lacks, a clock later.
+        self.latency       = None       # No stream.
 
         # # #
 
-        # Slots.
-        # ------
-        opened    = [Signal(name=f"opened{n}") for n in range(slots)]
-        frame_ids = [Signal(32, name=f"frame_id{n}") for n in range(slots)]
-        bases     = [Signal(32, name=f"base{n}") for n in range(slots)]
-        pixels    = [Signal(32, name=f"pixels{n}") for n in range(slots)]
-        chunks    = [Signal(index_bits, name=f"chunks{n}") for n in range(slots)] # Of one image.
-        missings  = [Signal(index_bits, name=f"missing{n}") for n in range(slots)]
-        pending   = Signal(4) # Slot that is being cleared,
-        wanted    = Signal()  # and that has not been closed meanwhile.
-        rounded   = Signal(33)
-        needed    = Signal(index_bits)
+        self.words      = words = max_chunks//32  # Of the bitmap, per slot.
+        self.index_bits = bits_for(max_chunks)
+        self.slots      = [Slot(n, self.index_bits) for n in range(slots)]
+        self.pending    = Signal(4)               # Slot that is being cleared,
+        self.wanted     = Signal()                # and that has not been closed meanwhile.
+        self.chunk_word = Signal(max=slots*words) # Word of the bitmaps that has the chunk's bit,
+        self.marked     = Signal(32)              # and that word with the bit set.
+
+        self.add_bitmaps()
+        cleared = self.add_clearing()
+        self.add_slots(max_chunks, cleared)
+        self.add_verdict()
+
+    def add_bitmaps(self):
+        """Add a bit per chunk, with a port for chunks and clearing, and one for software."""
+        memory        = Memory(32, len(self.slots)*self.words, name="arrived_chunks")
+        update        = memory.get_port(write_capable=True, mode=READ_FIRST)
+        software_port = memory.get_port(mode=READ_FIRST)
+        self.update   = update
+        self.specials += memory, update, software_port
+        # No register after this port: software may read in the second clock after it has written the index.
         self.comb += [
-            rounded.eq(self.pixels + CHUNK_BYTES - 1),
-            If(rounded[10:] <= max_chunks//2,
-                needed.eq(rounded[10:])
-            ),
+            software_port.adr.eq(self.arrived_index),
+            self.arrived.eq(software_port.dat_r),
         ]
 
-        # Bitmaps: one side for chunks and clearing, one for software.
-        # ------------------------------------------------------------
-        memory = Memory(32, slots*words, name="arrived_chunks")
-        update = memory.get_port(write_capable=True, mode=READ_FIRST)
-        look   = memory.get_port(mode=READ_FIRST)
-        self.specials += memory, update, look
-        # No register more: software may read in the clock behind the one in which it has written the index.
-        self.comb += [
-            look.adr.eq(self.index),
-            self.arrived.eq(look.dat_r),
-        ]
-
-        clear_word = Signal(max=max(words, 2))
+    def add_clearing(self):
+        """Clear the bitmap of a slot before it opens, a word per clock; return the condition that it is done."""
+        update     = self.update
+        clear_word = Signal(max=max(self.words, 2))
         clear_last = Signal()
-        chunk_word = Signal(max=slots*words)
-        marked     = Signal(32)
         self.comb += [
-            clear_last.eq(clear_word == words - 1),
+            clear_last.eq(clear_word == self.words - 1),
             # A chunk that is being marked goes first.
             If(self.set | ~self.clearing,
-                update.adr.eq(chunk_word),
-                update.dat_w.eq(marked),
+                update.adr.eq(self.chunk_word),
+                update.dat_w.eq(self.marked),
                 update.we.eq(self.set)
             ).Else(
-                update.adr.eq(pending*words + clear_word),
+                update.adr.eq(self.pending*self.words + clear_word),
                 update.dat_w.eq(0),
                 update.we.eq(1)
             ),
@@ -121,94 +123,126 @@ class SlotTable(LiteXModule):
             If(self.open,
                 self.clearing.eq(1),
                 clear_word.eq(0),
-                pending.eq(self.slot),
-                wanted.eq(1)
+                self.pending.eq(self.slot),
+                self.wanted.eq(1)
             ),
-            If(self.close & (self.slot == pending),
-                wanted.eq(0)
+            If(self.close & (self.slot == self.pending),
+                self.wanted.eq(0)
             ),
         ]
-        for n in range(slots):
+        return self.clearing & clear_last & ~self.set
+
+    def add_slots(self, max_chunks, cleared):
+        """Open and close slots, and count what they lack."""
+        rounded = Signal(33)
+        needed  = Signal(self.index_bits) # Chunks of an image of the frame to open; 0: too many.
+        self.comb += [
+            rounded.eq(self.pixels + CHUNK_BYTES - 1),
+            If(rounded[10:] <= max_chunks//2,
+                needed.eq(rounded[10:])
+            ),
+        ]
+        for n, slot in enumerate(self.slots):
             self.sync += [
-                If(self.clearing & clear_last & ~self.set & (pending == n),
-                    opened[n].eq(wanted)
+                If(cleared & (self.pending == n),
+                    slot.opened.eq(self.wanted)
                 ),
                 If((self.open | self.close) & (self.slot == n),
-                    opened[n].eq(0)
+                    slot.opened.eq(0)
                 ),
                 If(self.open & (self.slot == n),
-                    frame_ids[n].eq(self.frame_id),
-                    bases[n].eq(self.base),
-                    pixels[n].eq(self.pixels),
-                    chunks[n].eq(needed),
-                    missings[n].eq(Cat(C(0, 1), needed))
+                    slot.frame_id.eq(self.frame_id),
+                    slot.base.eq(self.base),
+                    slot.pixels.eq(self.pixels),
+                    slot.chunks.eq(needed),
+                    slot.missing.eq(Cat(C(0, 1), needed))
                 ).Elif(self.set & (self.found == n),
-                    missings[n].eq(missings[n] - 1)
+                    slot.missing.eq(slot.missing - 1)
                 ),
             ]
-        self.sync += Case(self.index[log2_int(words):], {n: self.missing.eq(missings[n]) for n in range(slots)})
+        shown = self.arrived_index[log2_int(self.words):]
+        self.sync += Case(shown, {n: self.missing.eq(slot.missing) for n, slot in enumerate(self.slots)})
 
-        # Verdict, a register after each step.
-        # ------------------------------------
-        hits      = Signal(slots)
-        hit       = Signal()
-        slot      = Signal(4)
-        image     = Signal(32)         # Pixels of the frame's images,
-        per_image = Signal(index_bits) # and their chunks.
-        base      = Signal(32)
-        chunk     = Signal(22)         # Chunk of the upload space,
-        beyond    = Signal(22)         # counted from the right image,
-        local     = Signal(22)         # or from its own.
-        inside    = Signal()
-        before    = Signal(32)         # Pixels of the image before the chunk,
-        left      = Signal(32)         # and from the chunk to the image's end.
-        expected  = Signal(11)
-        word      = Signal(max=slots*words)
+    def add_verdict(self):
+        """Judge a chunk, with a register after each step; begin again while a bitmap is being cleared."""
+        steps    = 7
+        step     = Signal(max=steps + 1)
+        finished = Signal()
+        hit, slot, image, per_image, base = self.add_search()
+        number, inside, expected = self.add_place(image, per_image)
+        word = Signal(max=len(self.slots)*self.words)
         self.comb += [
-            chunk.eq(self.chunk_offset[10:]),
-            beyond.eq(chunk - per_image),
-            before.eq(Cat(C(0, 10), local)),
-            word.eq(Cat(chunk[5:5 + log2_int(words)], slot)),
+            word.eq(Cat(number[5:5 + log2_int(self.words)], slot)),
+            self.chunk.judged.eq(step == steps),
+            finished.eq(step == steps - 1),
         ]
         self.sync += [
-            [hits[n].eq(opened[n] & (frame_ids[n] == self.chunk_frame_id)) for n in range(slots)],
-            # Which slot; ids are unique.
+            If(~self.chunk.judge | self.clearing,
+                step.eq(0)
+            ).Elif(~self.chunk.judged,
+                step.eq(step + 1)
+            ),
+            If(~finished & ~self.chunk.judged,
+                self.chunk_word.eq(word)
+            ),
+            If(finished,
+                self.chunk.fits.eq(
+                    hit & inside & (self.chunk.offset[:10] == 0) & (self.chunk.length == expected)),
+                self.found.eq(slot),
+                self.address.eq(base + self.chunk.offset),
+                self.chunk.repeated.eq((self.update.dat_r >> number[:5]) & 1),
+                self.marked.eq(self.update.dat_r | (1 << number[:5]))
+            ),
+        ]
+
+    def add_search(self):
+        """Find the slot that is open for the chunk's frame; ids are unique.
+
+        Return whether there is one, its number, pixels and chunks of its images, and its base.
+        """
+        hits      = Signal(len(self.slots))
+        hit       = Signal()
+        slot      = Signal(4)
+        image     = Signal(32)
+        per_image = Signal(self.index_bits)
+        base      = Signal(32)
+        self.sync += [
             hit.eq(hits != 0),
             slot.eq(0),
             image.eq(0),
             per_image.eq(0),
             base.eq(0),
-            [If(hits[n], slot.eq(n), image.eq(pixels[n]), per_image.eq(chunks[n]), base.eq(bases[n])) for n in range(slots)],
-            # Which image, and how far from its end.
-            local.eq(Mux(chunk < per_image, chunk, beyond)),
-            inside.eq(chunk < Cat(C(0, 1), per_image)),
-            left.eq(image - before),
-            expected.eq(Mux(left < CHUNK_BYTES, left, CHUNK_BYTES)),
         ]
+        for n, candidate in enumerate(self.slots):
+            self.sync += [
+                hits[n].eq(candidate.opened & (candidate.frame_id == self.chunk.frame_id)),
+                If(hits[n],
+                    slot.eq(n),
+                    image.eq(candidate.pixels),
+                    per_image.eq(candidate.chunks),
+                    base.eq(candidate.base)
+                ),
+            ]
+        return hit, slot, image, per_image, base
 
-        # It is taken over when all steps are through, and nothing was cleared meanwhile.
-        # -------------------------------------------------------------------------------
-        steps   = 7
-        step    = Signal(max=steps + 1)
-        through = Signal()
+    def add_place(self, image, per_image):
+        """Find the chunk in its image. Return its number in the frame, whether the frame has it, and its length."""
+        number    = Signal(22) # Of the chunk in the frame,
+        beyond    = Signal(22) # in the right image,
+        local     = Signal(22) # and in its own image.
+        inside    = Signal()
+        before    = Signal(32) # Pixels of the image before the chunk,
+        remaining = Signal(32) # and from its begin to the image's end.
+        expected  = Signal(11)
         self.comb += [
-            self.judged.eq(step == steps),
-            through.eq(step == steps - 1),
+            number.eq(self.chunk.offset[10:]),
+            beyond.eq(number - per_image),
+            before.eq(Cat(C(0, 10), local)),
         ]
         self.sync += [
-            If(~self.judge | self.clearing,
-                step.eq(0)
-            ).Elif(~self.judged,
-                step.eq(step + 1)
-            ),
-            If(~through & ~self.judged,
-                chunk_word.eq(word)
-            ),
-            If(through,
-                self.fits.eq(hit & inside & (self.chunk_offset[:10] == 0) & (self.chunk_length == expected)),
-                self.found.eq(slot),
-                self.address.eq(base + self.chunk_offset),
-                self.repeated.eq((update.dat_r >> chunk[:5]) & 1),
-                marked.eq(update.dat_r | (1 << chunk[:5]))
-            ),
+            local.eq(Mux(number < per_image, number, beyond)),
+            inside.eq(number < Cat(C(0, 1), per_image)),
+            remaining.eq(image - before),
+            expected.eq(Mux(remaining < CHUNK_BYTES, remaining, CHUNK_BYTES)),
         ]
+        return number, inside, expected

@@ -17,12 +17,19 @@ from .ports   import MemoryReader, buffered, word_address, word_bytes
 class PairReader(LiteXModule):
     """Read a left and a right image from memory and stream them as pixel pairs.
 
-    Both images are read through one port, in alternating bursts, so that a SDRAM changes its row once a burst and not once
-    a word. Images are contiguous: rows follow each other without padding, one byte per pixel; a base address is a
-    multiple of the port's word.
+    Both images are read through one port, in alternating bursts, so that an SDRAM changes its row once per burst and
+    not once per word. Images are contiguous: rows follow each other without padding, one byte per pixel; a base address
+    is a multiple of the port's word.
 
     A frame runs from `start` (one clock, while `idle`) to its last pixel. `stop`, held until `idle`, gives it up:
-    no more words are asked for and what is under way is thrown away.
+    no more words are asked for, and those under way are discarded.
+
+    Parameters
+    ----------
+    port : wishbone.Interface or LiteDRAMNativePort
+        Port to read from.
+    burst_bytes : int
+        Bytes of a burst: a power of 2 times the port's word, at least 2 words.
     """
     def __init__(self, port, burst_bytes=128):
         ratio = word_bytes(port)
@@ -37,54 +44,75 @@ class PairReader(LiteXModule):
         self.stop       = Signal()                             # Give the frame up (level).
         self.idle       = Signal()                             # No frame, nothing under way.
         self.error      = Signal()                             # Bus error (pulse).
+        self.latency    = None                                 # Depends on memory.
 
         # # #
 
-        self.reader = reader = MemoryReader(port, fifo_depth=max(4, burst))
-        self.comb += self.error.eq(reader.error)
+        self.reader     = reader = MemoryReader(port, fifo_depth=max(4, burst))
+        self.right      = Signal()                # Words are asked for of 0: the left image, 1: the right image.
+        self.position   = Signal(32)              # Number of the next word to ask for,
+        self.last_word  = Signal(32)              # and of the image's last one.
+        self.burst_end  = Signal()                # The next word is the last of the burst.
+        self.asked      = Signal()                # A word is asked for.
+        self.word_taken = Signal()                # A word of each image is taken out of its FIFO.
+        self.under_way  = Signal(max=4*burst + 1) # Words asked for and not yet answered.
+        self.remaining  = Signal(32)              # Pixel pairs that have not left.
+        self.comb      += self.error.eq(reader.error)
 
-        # Words of each image, asked for and not yet taken out of its FIFO.
-        # -----------------------------------------------------------------
-        depth = 2*burst
-        fifos = []
-        helds = []
-        rooms = []
-        for side in ["left", "right"]:
+        self.add_fifos(port, burst)
+        self.add_addresses(port, ratio, burst)
+        self.add_requests()
+        self.add_answers()
+        self.add_pixels(ratio)
+
+    def add_fifos(self, port, burst):
+        """Add a FIFO for the words of each image, with room for two bursts, and count what it holds or will hold."""
+        depth      = 2*burst
+        self.fifos = []
+        self.rooms = [] # There is room for a burst.
+        for side, is_side in [("left", ~self.right), ("right", self.right)]:
             fifo = ResetInserter()(stream.SyncFIFO([("data", port.data_width)], depth, buffered(depth)))
             self.add_module(name=f"{side}_fifo", module=fifo)
-            held = Signal(max=depth + 1)
+            held = Signal(max=depth + 1) # Words asked for and not yet taken out.
             room = Signal()
             self.comb += room.eq(held <= depth - burst)
-            fifos.append(fifo)
-            helds.append(held)
-            rooms.append(room)
+            self.sync += [
+                held.eq(held + (self.asked & is_side) - self.word_taken),
+                If(self.idle,
+                    held.eq(0)
+                ),
+            ]
+            self.fifos.append(fifo)
+            self.rooms.append(room)
 
-        # Addresses: a burst of the left image, the same burst of the right one, and on.
-        # ------------------------------------------------------------------------------
-        right      = Signal()
-        position   = Signal(32) # Word of the image.
-        burst_base = Signal(32) # First word of this burst.
+    def add_addresses(self, port, ratio, burst):
+        """Address the next word; a burst ends at a multiple of its size, or with the image."""
+        reader     = self.reader
         last_pixel = Signal(32)
-        last_word  = Signal(32)
-        burst_end  = Signal()
         base       = Signal(32)
-        asked      = Signal()
-        address, compute_address = word_address(port, base, position)
+        address, compute_address = word_address(port, base, self.position)
         self.comb += [
-            base.eq(Mux(right, self.right_base, self.left_base)),
+            base.eq(Mux(self.right, self.right_base, self.left_base)),
             compute_address,
-            last_pixel.eq(self.pixels - 1),
-            burst_end.eq((position[:log2_int(burst)] == burst - 1) | (position == last_word)),
+            self.burst_end.eq((self.position[:log2_int(burst)] == burst - 1) | (self.position == self.last_word)),
             reader.sink.address.eq(address),
-            reader.sink.last.eq(burst_end),
-            asked.eq(reader.sink.valid & reader.sink.ready),
+            reader.sink.last.eq(self.burst_end),
+            self.asked.eq(reader.sink.valid & reader.sink.ready),
+            last_pixel.eq(self.pixels - 1),
         ]
+        self.sync += If(self.idle,
+            self.last_word.eq(last_pixel[log2_int(ratio):])
+        )
+
+    def add_requests(self):
+        """Add the states of a frame: ask for a burst of the left image, then the same one of the right image."""
+        burst_base = Signal(32) # First word of this burst.
         self.fsm = fsm = FSM(reset_state="IDLE")
+        self.comb += self.idle.eq(fsm.ongoing("IDLE"))
         fsm.act("IDLE",
-            NextValue(right, 0),
-            NextValue(position, 0),
+            NextValue(self.right, 0),
+            NextValue(self.position, 0),
             NextValue(burst_base, 0),
-            NextValue(last_word, last_pixel[log2_int(ratio):]),
             If(self.start,
                 NextState("WAIT")
             )
@@ -92,32 +120,32 @@ class PairReader(LiteXModule):
         fsm.act("WAIT",
             If(self.stop,
                 NextState("DRAIN")
-            ).Elif(Mux(right, rooms[1], rooms[0]),
+            ).Elif(Mux(self.right, self.rooms[1], self.rooms[0]),
                 NextState("BURST")
             )
         )
         fsm.act("BURST",
-            reader.sink.valid.eq(1),
-            If(asked,
-                NextValue(position, position + 1),
-                If(burst_end,
-                    NextValue(right, ~right),
-                    If(right,
-                        NextValue(burst_base, position + 1),
-                        If(position == last_word,
+            self.reader.sink.valid.eq(1),
+            If(self.asked,
+                NextValue(self.position, self.position + 1),
+                If(self.burst_end,
+                    NextValue(self.right, ~self.right),
+                    If(self.right,
+                        NextValue(burst_base, self.position + 1),
+                        If(self.position == self.last_word,
                             NextState("PIXELS")
                         ).Else(
                             NextState("WAIT")
                         )
                     ).Else(
-                        NextValue(position, burst_base),
+                        NextValue(self.position, burst_base),
                         NextState("WAIT")
                     )
                 )
             ),
             # A request once made stays until it is taken.
             If(self.stop,
-                If(asked,
+                If(self.asked,
                     NextState("DRAIN")
                 ).Else(
                     NextState("DRAIN-REQUEST")
@@ -125,20 +153,34 @@ class PairReader(LiteXModule):
             )
         )
         fsm.act("DRAIN-REQUEST",
-            reader.sink.valid.eq(1),
-            If(asked,
+            self.reader.sink.valid.eq(1),
+            If(self.asked,
                 NextState("DRAIN")
             )
         )
+        fsm.act("DRAIN",
+            If(self.under_way == 0,
+                NextState("IDLE")
+            )
+        )
+        fsm.act("PIXELS",
+            If(self.stop,
+                NextState("DRAIN")
+            ).Elif(self.remaining == 0,
+                NextState("IDLE")
+            )
+        )
 
-        # Answers: they come in the order of the requests, so the side changes with each burst's last.
-        # --------------------------------------------------------------------------------------------
-        draining   = Signal()
-        under_way  = Signal(max=2*depth + 1)
-        right_word = Signal()
+    def add_answers(self):
+        """Sort the answers: they come in the order of the requests, so the image changes with each burst."""
+        fifos, reader, fsm = self.fifos, self.reader, self.fsm
+        draining   = Signal() # The frame was given up: answers are discarded.
+        right_word = Signal() # The next answer is of the right image.
         answered   = Signal()
         self.comb += [
             draining.eq(fsm.ongoing("DRAIN") | fsm.ongoing("DRAIN-REQUEST")),
+            fifos[0].reset.eq(draining),
+            fifos[1].reset.eq(draining),
             fifos[0].sink.data.eq(reader.source.data),
             fifos[1].sink.data.eq(reader.source.data),
             fifos[0].sink.valid.eq(reader.source.valid & ~right_word & ~draining),
@@ -148,64 +190,41 @@ class PairReader(LiteXModule):
             answered.eq(reader.source.valid),
         ]
         self.sync += [
-            under_way.eq(under_way + asked - answered),
+            self.under_way.eq(self.under_way + self.asked - answered),
             If(answered & reader.source.last,
                 right_word.eq(~right_word)
             ),
-            If(fsm.ongoing("IDLE"),
+            If(self.idle,
                 right_word.eq(0)
             ),
         ]
-        fsm.act("DRAIN",
-            If(under_way == 0,
-                NextState("IDLE")
-            )
-        )
 
-        # Words to pixels, both images in step.
-        # -------------------------------------
-        byte        = Signal(max=ratio)
-        remaining   = Signal(32)
-        first       = Signal()
+    def add_pixels(self, ratio):
+        """Cut words into pixels, both images at the same time."""
+        fifos       = self.fifos
+        byte        = Signal(max=ratio) # Place of the next pixels in their words.
+        first       = Signal()          # They are the first of the frame.
         pixel_taken = Signal()
-        word_taken  = Signal()
         self.comb += [
-            self.source.valid.eq(fifos[0].source.valid & fifos[1].source.valid & (remaining != 0)),
+            self.source.valid.eq(fifos[0].source.valid & fifos[1].source.valid & (self.remaining != 0)),
             self.source.left.eq( Array(lanes_of(fifos[0].source.data, ratio))[byte]),
             self.source.right.eq(Array(lanes_of(fifos[1].source.data, ratio))[byte]),
             self.source.first.eq(first),
-            self.source.last.eq(remaining == 1),
+            self.source.last.eq(self.remaining == 1),
             pixel_taken.eq(self.source.valid & self.source.ready),
-            word_taken.eq(pixel_taken & ((byte == ratio - 1) | self.source.last)),
-            fifos[0].source.ready.eq(word_taken),
-            fifos[1].source.ready.eq(word_taken),
-            fifos[0].reset.eq(draining),
-            fifos[1].reset.eq(draining),
-            self.idle.eq(fsm.ongoing("IDLE")),
+            self.word_taken.eq(pixel_taken & ((byte == ratio - 1) | self.source.last)),
+            fifos[0].source.ready.eq(self.word_taken),
+            fifos[1].source.ready.eq(self.word_taken),
         ]
         self.sync += [
             If(pixel_taken,
                 first.eq(0),
-                remaining.eq(remaining - 1),
+                self.remaining.eq(self.remaining - 1),
                 byte.eq(byte + 1)
             ),
-            If(fsm.ongoing("IDLE"),
+            If(self.idle,
                 first.eq(1),
-                remaining.eq(self.pixels),
+                self.remaining.eq(self.pixels),
                 byte.eq(0)
             ),
         ]
-        for held, is_side in zip(helds, [~right, right]):
-            self.sync += [
-                held.eq(held + (asked & is_side) - word_taken),
-                If(fsm.ongoing("IDLE"),
-                    held.eq(0)
-                ),
-            ]
-        fsm.act("PIXELS",
-            If(self.stop,
-                NextState("DRAIN")
-            ).Elif(remaining == 0,
-                NextState("IDLE")
-            )
-        )

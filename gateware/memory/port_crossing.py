@@ -13,15 +13,15 @@ from ..common                 import *
 from ..common.crossing        import Crossing
 from ..common.pulse_crossing  import PulseCrossing
 from ..common.stream_register import add_register
-from .ports                   import FarPort, MemoryReader, MemoryWriter, word_bytes
+from .ports                   import MemoryReader, MemoryWriter, RemotePort, word_bytes
 
 # Port Crossing ------------------------------------------------------------------------------------
 
-class PortCrossing(FarPort, LiteXModule):
+class PortCrossing(RemotePort, LiteXModule):
     """A memory port for a core in another clock domain: addresses and words cross, not the port's handshake.
 
-    An address and its word cross together, and a word has been written when that has come back. Whatever gives up its
-    accesses and waits for those under way leaves nothing behind in here.
+    To write, an address crosses together with its word, and the pulse `written` crosses back. A core that gives up its
+    accesses, and waits for those under way, leaves nothing in the crossing.
 
     Parameters
     ----------
@@ -30,9 +30,9 @@ class PortCrossing(FarPort, LiteXModule):
     mode : str
         "read" or "write".
     clock_domain : str
-        Of the core.
+        Clock domain of the core.
     burst_bytes : int
-        Bytes that the core reads or writes in one go.
+        Bytes of a burst of the core.
     """
     def __init__(self, port, mode, clock_domain, burst_bytes=128):
         check(mode in ("read", "write"), f"mode must be read or write, not {mode}.")
@@ -41,8 +41,9 @@ class PortCrossing(FarPort, LiteXModule):
         self.near         = near
         self.clock_domain = clock_domain
         self.data_width   = port.data_width
-        self.sink         = stream.Endpoint(near.sink.description) # What the core asks for,
-        self.error        = self.add_pulse(near.error, 4*burst)
+        self.sink         = stream.Endpoint(near.sink.description) # Addresses, and to write their words.
+        self.error        = self.add_pulse(near.error, 4*burst)    # Bus error (pulse).
+        self.latency      = None                                   # Depends on memory and on both clocks.
 
         # # #
 
@@ -50,23 +51,23 @@ class PortCrossing(FarPort, LiteXModule):
         add_register(self, requests.source, near.sink)
         if mode == "read":
             self.comb  += self.sink.connect(requests.sink)
-            self.source = stream.Endpoint(near.source.description) # and gets.
+            self.source = stream.Endpoint(near.source.description) # Words that were read.
             self.words  = words = Crossing(near.source.description.payload_layout, "sys", clock_domain, depth=16)
             self.comb  += near.source.connect(words.sink)
             add_register(self, words.source, self.source, clock_domain)
         else:
-            self.written = self.add_pulse(near.written, 2*burst)
+            self.written = self.add_pulse(near.written, 2*burst) # A word has reached memory (pulse).
             self.add_limit(requests, 2*burst)
 
     def add_pulse(self, pulse, most):
-        """Have a pulse cross to the core; returns it as the core sees it."""
+        """Let a pulse cross to the core, `most` of them under way; return it as the core sees it."""
         crossing = PulseCrossing("sys", self.clock_domain, most)
         self.submodules += crossing
         self.comb += crossing.i.eq(pulse)
         return crossing.o
 
     def add_limit(self, requests, most):
-        """Let no more than `most` words be on their way: who writes counts them, and in here there is room for more."""
+        """Let no more than `most` words be under way: the core counts that many, and the crossing would hold more."""
         under_way = Signal(max=most + 1)
         room      = Signal()
         taken     = Signal()

@@ -3,70 +3,92 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""One face for the two kinds of memory port: LiteX's Wishbone and LiteDRAM's native port.
+"""One interface to the two kinds of memory port: LiteX's Wishbone and LiteDRAM's native port.
 
-A port read or written here is a `wishbone.Interface` with word addresses, a `LiteDRAMNativePort`, or one of these in another
-clock domain, by way of a `FarPort`. Byte order in a word is the CPU's: the byte at the lowest address is in the low bits.
+A memory port is a `wishbone.Interface` with word addresses, a `LiteDRAMNativePort`, or a `RemotePort` to one of these
+in another clock domain. Byte order in a word is the CPU's: the byte at the lowest address is in the low bits.
 """
+
+from typing import Protocol, runtime_checkable
 
 from migen import *
 
 from litex.gen import *
 
 from litex.soc.cores.dma    import WishboneDMAReader, WishboneDMAWriter
-from litex.soc.interconnect import wishbone
+from litex.soc.interconnect import stream, wishbone
 
 from litedram.common       import LiteDRAMNativePort
 from litedram.frontend.dma import LiteDRAMDMAReader, LiteDRAMDMAWriter
 
 from ..common import *
 
-# Far Port -----------------------------------------------------------------------------------------
+# Remote Port --------------------------------------------------------------------------------------
 
-class FarPort:
-    """What a core sees of a port in another clock domain: see `PortCrossing`.
+@runtime_checkable
+class RemotePort(Protocol):
+    """A memory port in another clock domain, as a core sees it in its own: see `PortCrossing`.
 
-    It has `data_width` and the faces of a `MemoryReader` or a `MemoryWriter`: `sink`, `error`, and `source` or `written`.
+    It has the members of a `MemoryReader` or of a `MemoryWriter`, and is one or the other.
     """
+    data_width : int             # Bits of a word.
+    sink       : stream.Endpoint # Reader: addresses. Writer: addresses and words.
+    source     : stream.Endpoint # Reader only: words.
+    written    : Signal          # Writer only: a word has reached memory (pulse).
+    error      : Signal          # Bus error (pulse).
 
 # Helpers ------------------------------------------------------------------------------------------
 
 def word_bytes(port):
-    """Bytes of the port's words."""
-    check(isinstance(port, (wishbone.Interface, LiteDRAMNativePort, FarPort)),
+    """Return the bytes of a word of the port; raise ValueError if it is no memory port."""
+    check(isinstance(port, (wishbone.Interface, LiteDRAMNativePort, RemotePort)),
         f"a memory port must be a wishbone.Interface or a LiteDRAMNativePort, not a {type(port).__name__}.")
     check(port.data_width in [16, 32, 64, 128, 256],
         f"a memory port must be 16, 32, 64, 128 or 256 bits wide, not {port.data_width}.")
     return port.data_width//8
 
 def word_address(port, base, index):
-    """Address of the port's word `index` after byte address `base`, cut to the port's address bits."""
+    """Return the word address that is `index` words after byte address `base`, and the statement that computes it.
+
+    It is wider than the port's addresses, which take its low bits.
+    """
     shift   = log2_int(word_bytes(port))
     address = Signal(32)
     return address, address.eq(base[shift:] + index)
 
 def buffered(depth):
-    """Whether a FIFO of words gets an output register, and with it can be block RAM: deep ones are large without."""
+    """Return whether a FIFO of words gets an output register: a deep one should be block RAM, which needs it."""
     return depth >= 32
 
 # Memory Reader ------------------------------------------------------------------------------------
 
 class MemoryReader(LiteXModule):
-    """Read words: for each address (and mark `last`) into the sink, one word (and its mark) out of the source."""
+    """Read words: for each address (and mark `last`) into the sink, one word (and its mark) out of the source.
+
+    `sink` and `source` are endpoints of the port's DMA engine.
+
+    Parameters
+    ----------
+    port : wishbone.Interface, LiteDRAMNativePort or RemotePort
+        Port to read from.
+    fifo_depth : int
+        Words that may be under way.
+    """
     def __init__(self, port, fifo_depth=16):
         word_bytes(port)
-        self.error = Signal() # The bus answered with an error; the word is whatever the bus held.
+        self.error   = Signal() # The bus answered with an error; the word is undefined (pulse).
+        self.latency = None     # Depends on memory.
 
         # # #
 
-        if isinstance(port, FarPort):
+        if isinstance(port, RemotePort):
             self.sink   = port.sink
             self.source = port.source
             self.error  = port.error
             return
         if isinstance(port, wishbone.Interface):
             bus       = _with_errors_as_answers(self, port)
-            # "big" is LiteX's name for: leave the bytes of a word where they are.
+            # "big" means that the bytes of a word stay where they are.
             self.dma  = WishboneDMAReader(bus, endianness="big", fifo_depth=fifo_depth)
             self.sink = self.dma.sink
         else:
@@ -77,15 +99,26 @@ class MemoryReader(LiteXModule):
 # Memory Writer ------------------------------------------------------------------------------------
 
 class MemoryWriter(LiteXModule):
-    """Write words: for each address and word into the sink, one pulse of `written` when memory has it."""
+    """Write words: for each address and word into the sink, one pulse of `written` when memory has it.
+
+    `sink` is an endpoint of the port's DMA engine.
+
+    Parameters
+    ----------
+    port : wishbone.Interface, LiteDRAMNativePort or RemotePort
+        Port to write to.
+    fifo_depth : int
+        Words that may be under way.
+    """
     def __init__(self, port, fifo_depth=16):
         word_bytes(port)
-        self.written = Signal() # A word has reached memory: whoever reads it from now on sees it.
-        self.error   = Signal() # The bus answered with an error; the word is lost.
+        self.written = Signal() # A word has reached memory: every read from now on sees it (pulse).
+        self.error   = Signal() # The bus answered with an error; the word is lost (pulse).
+        self.latency = None     # Depends on memory.
 
         # # #
 
-        if isinstance(port, FarPort):
+        if isinstance(port, RemotePort):
             self.sink    = port.sink
             self.written = port.written
             self.error   = port.error
@@ -97,20 +130,23 @@ class MemoryWriter(LiteXModule):
             self.comb += self.written.eq(bus.stb & bus.ack)
         else:
             self.dma  = LiteDRAMDMAWriter(port, fifo_depth=fifo_depth, fifo_buffered=buffered(fifo_depth))
-            # Later commands to the bank queue behind this one, so taken is as good as written.
+            # Later commands to the bank wait for this one, so a word that was taken counts as written.
             self.comb += self.written.eq(port.wdata.valid & port.wdata.ready)
             self.sink = _registered(self, self.dma.sink)
 
 def _registered(module, sink):
-    """Sink with a register in front of `sink`: in the clock of its computing an address picks no bank of the RAM besides."""
+    """Return a sink with a register before `sink`.
+
+    Register the address first: computing it and choosing a DRAM bank do not fit one clock.
+    """
     module.buffer = buffer = stream.Buffer(sink.description)
     module.comb += buffer.source.connect(sink)
     return buffer.sink
 
 def _with_errors_as_answers(module, port):
-    """Bus towards `port` on which an error ends the access as an acknowledge does, and pulses `module.error`.
+    """Return a bus to `port` on which an error ends the access as an acknowledge does, and pulses `module.error`.
 
-    LiteX's DMA engines wait for `ack` alone and would hang.
+    LiteX's DMA engines wait for `ack` alone: they would hang.
     """
     bus = wishbone.Interface(data_width=port.data_width, adr_width=port.adr_width, addressing="word")
     module.comb += [

@@ -15,46 +15,53 @@ from .ports   import MemoryReader, word_address, word_bytes
 # Stream Reader ------------------------------------------------------------------------------------
 
 class StreamReader(LiteXModule):
-    """Read a block of memory as a stream of items, one behind the other.
+    """Read a block of memory as a stream of items.
 
-    The base address is a multiple of the port's word. A block runs from `start` (one clock, while `idle`) to the item marked
-    last; the last item may reach beyond `length` bytes.
+    The base address is a multiple of the port's word. A block runs from `start` (one clock, while `idle`) to the item
+    marked last; the last item may reach beyond `length` bytes.
 
     Parameters
     ----------
     port : wishbone.Interface or LiteDRAMNativePort
-        Way to memory.
+        Port to read from.
     bits : int
-        Of an item: not more than the port's.
+        Bits of an item, at most those of the port's words.
     burst_bytes : int
-        Bytes that may be asked for before they are taken.
+        Bytes that are asked for before they are taken, at most.
     """
     def __init__(self, port, bits, burst_bytes=128):
         lanes = port.data_width//bits
         check(lanes >= 1, f"items of {bits} bits do not fit the port's words of {port.data_width}.")
-        self.source = stream.Endpoint([("data", bits)]) # Items, the block's last one marked.
-        self.base   = Signal(32)                        # Byte address of the first.
-        self.length = Signal(16)                        # Bytes, at least 1.
-        self.start  = Signal()                          # Begin a block (pulse).
-        self.idle   = Signal()                          # No block.
-        self.error  = Signal()                          # Bus error (pulse).
+        self.source  = stream.Endpoint([("data", bits)]) # Items, the block's last one marked.
+        self.base    = Signal(32)                        # Byte address of the first.
+        self.length  = Signal(16)                        # Bytes, at least 1.
+        self.start   = Signal()                          # Begin a block (pulse).
+        self.idle    = Signal()                          # No block.
+        self.error   = Signal()                          # Bus error (pulse).
+        self.latency = None                              # Depends on memory.
 
         # # #
 
-        self.reader = reader = MemoryReader(port, fifo_depth=max(4, burst_bytes//word_bytes(port)))
-        self.comb += self.error.eq(reader.error)
+        self.reader    = reader = MemoryReader(port, fifo_depth=max(4, burst_bytes//word_bytes(port)))
+        self.last_byte = Signal(16) # Offset of the block's last byte.
+        self.comb += [
+            self.error.eq(reader.error),
+            self.last_byte.eq(self.length - 1),
+        ]
 
-        # Addresses.
-        # ----------
-        asking    = Signal()
-        position  = Signal(16)
-        last_byte = Signal(16)
-        last_word = Signal(16)
+        self.add_addresses(port)
+        self.add_items(bits, lanes)
+
+    def add_addresses(self, port):
+        """Ask for the words of the block, one after the other."""
+        reader    = self.reader
+        asking    = Signal()   # Words are to be asked for.
+        position  = Signal(16) # Number of the next one,
+        last_word = Signal(16) # and of the last one.
         address, compute_address = word_address(port, self.base, position)
         self.comb += [
             compute_address,
-            last_byte.eq(self.length - 1),
-            last_word.eq(last_byte[log2_int(word_bytes(port)):]),
+            last_word.eq(self.last_byte[log2_int(word_bytes(port)):]),
             reader.sink.valid.eq(asking),
             reader.sink.address.eq(address),
             reader.sink.last.eq(position == last_word),
@@ -72,21 +79,21 @@ class StreamReader(LiteXModule):
             ),
         ]
 
-        # Words to items.
-        # ---------------
-        running   = Signal()
-        lane      = Signal(max=max(lanes, 2))
-        last_item = Signal(16)
-        item      = Signal(16)
-        moves     = Signal()
+    def add_items(self, bits, lanes):
+        """Cut the words into items."""
+        running   = Signal()                  # Items are to come.
+        lane      = Signal(max=max(lanes, 2)) # Place of the next one in its word.
+        item      = Signal(16)                # Number of the next one,
+        last_item = Signal(16)                # and of the last one.
+        moves     = Signal()                  # It is taken.
         self.comb += [
             self.idle.eq(~running),
-            last_item.eq(last_byte[log2_int(bits//8):]),
-            self.source.valid.eq(running & reader.source.valid),
-            self.source.data.eq(Array(lanes_of(reader.source.data, lanes))[lane]),
+            last_item.eq(self.last_byte[log2_int(bits//8):]),
+            self.source.valid.eq(running & self.reader.source.valid),
+            self.source.data.eq(Array(lanes_of(self.reader.source.data, lanes))[lane]),
             self.source.last.eq(item == last_item),
             moves.eq(self.source.valid & self.source.ready),
-            reader.source.ready.eq(moves & ((lane == lanes - 1) | self.source.last)),
+            self.reader.source.ready.eq(moves & ((lane == lanes - 1) | self.source.last)),
         ]
         self.sync += [
             If(moves,

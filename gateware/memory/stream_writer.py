@@ -15,49 +15,55 @@ from .ports   import MemoryWriter, buffered, word_address, word_bytes
 # Stream Writer ------------------------------------------------------------------------------------
 
 class StreamWriter(LiteXModule):
-    """Write a stream of items to memory, one behind the other, in bursts.
+    """Write a stream of items to memory, in bursts.
 
-    The base address is a multiple of the port's word. Whole words are written: up to a word less an item behind the last
-    one is overwritten with undefined values.
+    The base address is a multiple of the port's word. Whole words are written: after the last item, the rest of its
+    word is overwritten with undefined values.
 
     A block runs from `start` (one clock, while `idle`) to the item marked last. `stop`, held until `idle`, gives it up:
-    what is under way is written, the rest is thrown away.
+    words under way are written, the others are discarded.
 
     Parameters
     ----------
     port : wishbone.Interface or LiteDRAMNativePort
-        Way to memory.
+        Port to write to.
     bits : int
-        Of an item: not more than the port's.
+        Bits of an item, at most those of the port's words.
     burst_bytes : int
-        Bytes that are written in one go.
+        Bytes of a burst.
     """
     def __init__(self, port, bits, burst_bytes=128):
         burst = burst_bytes//word_bytes(port)
         check(bits <= port.data_width, f"items of {bits} bits do not fit the port's words of {port.data_width}.")
-        self.sink  = stream.Endpoint([("data", bits)]) # Items, the block's last one marked.
-        self.base  = Signal(32)                        # Byte address of the first.
-        self.start = Signal()                          # Begin a block (pulse).
-        self.stop  = Signal()                          # Give the block up (level).
-        self.idle  = Signal()                          # No block, everything is in memory.
-        self.error = Signal()                          # Bus error (pulse).
+        self.sink    = stream.Endpoint([("data", bits)]) # Items, the block's last one marked.
+        self.base    = Signal(32)                        # Byte address of the first.
+        self.start   = Signal()                          # Begin a block (pulse).
+        self.stop    = Signal()                          # Give the block up (level).
+        self.idle    = Signal()                          # No block, everything is in memory.
+        self.error   = Signal()                          # Bus error (pulse).
+        self.latency = None                              # Depends on memory.
 
         # # #
 
-        self.writer = writer = MemoryWriter(port, fifo_depth=max(4, burst))
-        self.comb += self.error.eq(writer.error)
+        self.writer  = writer = MemoryWriter(port, fifo_depth=max(4, burst))
+        self.fifo    = ResetInserter()(stream.SyncFIFO([("data", port.data_width)], 2*burst, buffered(2*burst)))
+        self.running = Signal() # Items are taken.
+        self.asked   = Signal() # A word goes to memory.
+        self.comb   += self.error.eq(writer.error)
 
-        # Items to words. (LiteX's Converter would do, but its mark `last` outlives a reset.)
-        # -----------------------------------------------------------------------------------
-        self.fifo = fifo = ResetInserter()(stream.SyncFIFO([("data", port.data_width)], 2*burst, buffered(2*burst)))
-        lanes     = port.data_width//bits
-        running   = Signal()
-        word      = Signal(port.data_width)
-        lane      = Signal(max=max(lanes, 2))
-        full      = Signal()
-        last_word = Signal()
+        self.add_words(port.data_width//bits)
+        self.add_addresses(port)
+        self.add_bursts(burst)
+
+    def add_words(self, lanes):
+        """Pack items into words. (LiteX's Converter would do, but its mark `last` outlives a reset.)"""
+        fifo      = self.fifo
+        word      = Signal(len(fifo.sink.data))
+        lane      = Signal(max=max(lanes, 2)) # Place of the next item in the word.
+        full      = Signal()                  # The word is complete,
+        last_word = Signal()                  # and the block's last.
         self.comb += [
-            self.sink.ready.eq(running & (~full | fifo.sink.ready)),
+            self.sink.ready.eq(self.running & (~full | fifo.sink.ready)),
             fifo.sink.valid.eq(full),
             fifo.sink.data.eq(word),
             fifo.sink.last.eq(last_word),
@@ -75,44 +81,52 @@ class StreamWriter(LiteXModule):
                     last_word.eq(self.sink.last)
                 )
             ),
-            If(~running,
+            If(~self.running,
                 lane.eq(0),
                 full.eq(0)
             ),
         ]
 
-        # Words to memory: a burst when one is complete, or when the block is.
-        # ------------------------------------------------------------------
-        position  = Signal(32)
-        under_way = Signal(max=4*burst + 1)
-        packed    = Signal() # The block's last word is in the FIFO.
-        asked     = Signal()
-        last      = Signal()
+    def add_addresses(self, port):
+        """Address the words that leave the FIFO."""
+        fifo, writer = self.fifo, self.writer
+        position = Signal(32)
         address, compute_address = word_address(port, self.base, position)
         self.comb += [
             compute_address,
             writer.sink.address.eq(address),
             writer.sink.data.eq(fifo.source.data),
-            asked.eq(writer.sink.valid & writer.sink.ready),
-            fifo.source.ready.eq(asked),
-            last.eq(asked & fifo.source.last),
+            self.asked.eq(writer.sink.valid & writer.sink.ready),
+            fifo.source.ready.eq(self.asked),
         ]
+        self.sync += [
+            If(self.asked,
+                position.eq(position + 1)
+            ),
+            If(self.idle,
+                position.eq(0)
+            ),
+        ]
+
+    def add_bursts(self, burst):
+        """Add the states of a block: write a burst when the FIFO holds one, or holds the block's last word."""
+        fifo, writer, asked = self.fifo, self.writer, self.asked
+        under_way = Signal(max=4*burst + 1) # Words asked for and not yet written.
+        packed    = Signal()                # The block's last word is in the FIFO.
+        last      = Signal()
         self.fsm = fsm = FSM(reset_state="IDLE")
         self.comb += [
             self.idle.eq(fsm.ongoing("IDLE")),
-            running.eq(fsm.ongoing("COLLECT") | fsm.ongoing("BURST")),
+            self.running.eq(fsm.ongoing("COLLECT") | fsm.ongoing("BURST")),
             fifo.reset.eq(fsm.ongoing("IDLE") | fsm.ongoing("DRAIN")),
+            last.eq(asked & fifo.source.last),
         ]
         self.sync += [
             under_way.eq(under_way + asked - writer.written),
-            If(asked,
-                position.eq(position + 1)
-            ),
             If(fifo.sink.valid & fifo.sink.ready & fifo.sink.last,
                 packed.eq(1)
             ),
             If(fsm.ongoing("IDLE"),
-                position.eq(0),
                 packed.eq(0)
             ),
         ]

@@ -27,14 +27,14 @@ from .frame_link_csr        import FrameLinkCSR
 # Frame Link ---------------------------------------------------------------------------------------
 
 class FrameLink(FrameLinkCSR, LiteXModule):
-    """Images from datagrams to memory, and maps and the firmware's replies from memory to datagrams.
+    """Write images from datagrams to memory, and send maps and the firmware's replies from memory as datagrams.
 
-    Streamed frames go past memory: pairs from datagrams to `pairs`, and the map from `map` to datagrams.
+    Streamed frames bypass memory: pairs go from datagrams to `pairs`, and the map from `map` to datagrams.
 
     Parameters
     ----------
     read_port, write_port : wishbone.Interface or LiteDRAMNativePort
-        Ways to memory, of at least 32 bits.
+        Memory ports, of at least 32 bits.
     address : int
         IPv4 address of the device.
     port : int
@@ -44,16 +44,20 @@ class FrameLink(FrameLinkCSR, LiteXModule):
     mailbox_entries
         See `MessageSorter`.
     burst_bytes : int
-        Bytes that are read or written in one go.
+        Bytes of a burst, to read or to write.
     streaming : bool
         Build what streamed frames need.
+    with_csr : bool
+        Add the registers; without them the Signals of the cores are driven from outside.
     """
-    def __init__(self, read_port, write_port, address, port, slots=4, max_chunks=1024, mailbox_entries=8, burst_bytes=128,
-        streaming=False, with_csr=True):
-        self.sink   = stream.Endpoint(datagram_description()) # From LiteEth's UDP core.
-        self.source = stream.Endpoint(datagram_description()) # To it.
-        self.pairs  = stream.Endpoint(pixel_pair_layout())    # Pairs of a streamed frame.
-        self.map    = stream.Endpoint(disparity_layout())     # Its map, as it goes to memory; never stalls.
+    def __init__(self, read_port, write_port, address, port, slots=4, max_chunks=1024, mailbox_entries=8,
+        burst_bytes=128, streaming=False, with_csr=True):
+        self.sink     = stream.Endpoint(datagram_description()) # Datagrams from LiteEth's UDP core.
+        self.source   = stream.Endpoint(datagram_description()) # Datagrams to it.
+        self.pairs    = stream.Endpoint(pixel_pair_layout())    # Pairs of a streamed frame.
+        self.map      = stream.Endpoint(disparity_layout())     # Its map, as it goes to memory; never stalls.
+        self.matching = Signal()                                # The matcher is at work; for a counter.
+        self.latency  = None                                    # Depends on memory and on the wire.
 
         self.address         = address
         self.port            = port
@@ -63,12 +67,8 @@ class FrameLink(FrameLinkCSR, LiteXModule):
         self.streaming       = streaming
         self.alignment       = max(word_bytes(read_port), word_bytes(write_port)) # Bytes.
 
-        self.matching = Signal() # The matcher is at work; for a counter.
-
         # # #
 
-        # Cores.
-        # ------
         self.buffer = buffer = MessageBuffer()
         self.table  = table  = SlotTable(slots, max_chunks)
         self.writer = writer = StreamWriter(write_port, 32, burst_bytes)
@@ -78,8 +78,6 @@ class FrameLink(FrameLinkCSR, LiteXModule):
         self.queue  = queue  = SendQueue(reader)
         self.framer = framer = MessageFramer(port)
 
-        # Streams.
-        # --------
         self.comb += [
             self.sink.connect(buffer.sink),
             buffer.source.connect(sorter.sink),
@@ -93,8 +91,13 @@ class FrameLink(FrameLinkCSR, LiteXModule):
                 queue.payload.connect(framer.payload),
             ]
 
-        # Counters.
-        # ---------
+        self.add_counters()
+        if with_csr:
+            self.add_csr()
+
+    def add_counters(self):
+        """Count what happens."""
+        buffer, sorter, framer = self.buffer, self.sorter, self.framer
         events = {
             "datagrams_received":    buffer.received,
             "datagrams_malformed":   buffer.malformed,
@@ -112,11 +115,8 @@ class FrameLink(FrameLinkCSR, LiteXModule):
             self.counters[name] = counter = Signal(32, name=name)
             self.sync += If(event, counter.eq(counter + 1))
 
-        if with_csr:
-            self.add_csr()
-
     def add_streaming(self):
-        """The way of streamed frames: pairs to the matcher, and parts of the map between the other messages."""
+        """Add the path of streamed frames: pairs to the matcher, and parts of the map between the other messages."""
         gate, sorter, framer = self.gate, self.sorter, self.framer
         self.parts    = parts   = MapParts()
         self.arbiter  = arbiter = MessageArbiter()

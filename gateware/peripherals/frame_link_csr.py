@@ -17,9 +17,9 @@ STAGED_JOB = {
     "session":  "Session of the message.",
     "sequence": "Sequence of the message.",
     "frame_id": "Frame id of the message.",
-    "offset":   "Offset of the message; it grows by 1024 with each message of a run.",
-    "base":     "Byte address of the payload, a multiple of ``alignment``; it grows likewise.",
-    "length":   "Bytes of payload: of a reply 0 to 1024, of a run any number.",
+    "offset":   "Offset of the message; it grows by 1024 with each message of a burst.",
+    "base":     "Byte address of the payload, a multiple of ``alignment``; it grows as the offset does.",
+    "length":   "Bytes of payload: of a reply 0 to 1024, of a burst any number.",
 }
 
 COUNTERS = {
@@ -28,10 +28,10 @@ COUNTERS = {
     "datagrams_overrun":     "Messages dropped: they came faster than memory takes them.",
     "mailbox_overrun":       "Messages dropped: the mailbox was full.",
     "uploads_foreign":       "Chunks dropped: not of the session, or not from its peer.",
-    "uploads_unfit":         "Chunks dropped: no open slot has such a frame, or the frame such a chunk; or of a streamed frame another "
-                             "one comes first.",
+    "uploads_unfit":         "Chunks dropped: no open slot has such a frame, or the frame has no such chunk; or, of a "
+                             "streamed frame, it was not the next one.",
     "chunks_received":       "Chunks written, or passed to the matcher.",
-    "chunks_repeated":       "Chunks that had been before, and were dropped.",
+    "chunks_repeated":       "Chunks dropped: they had come before.",
     "chunks_while_matching": "Chunks written to memory while the matcher was at work.",
     "datagrams_sent":        "Datagrams sent.",
 }
@@ -44,73 +44,82 @@ class FrameLinkCSR:
     def add_csr(self):
         self.intro = ModuleDoc("""Frame link
 
-        Takes messages of the link protocol from UDP datagrams. UPLOADs are written to the slot of their frame; all other
-        messages to the mailbox, for the software. Sends messages whose payload is in memory.
+        Receives messages of the link protocol in UDP datagrams. UPLOADs are written to the slot of their frame; all
+        other messages to the mailbox, for the software. Sends messages whose payload is in memory.
 
-        To begin: write ``mailbox_base``, then 1 to ``enable`` in ``control``. For each message in the mailbox: read it, and
-        write ``mailbox_consumed``. Entry n stands at ``mailbox_base`` + (n modulo ``mailbox_entries``) x 2048: address of its
-        sender (4 bytes), port (2), length of the message (2), message. Messages are whole, and their CRC is right.
+        To begin: write ``mailbox_base``, then 1 to ``enable`` in ``control``. For each message in the mailbox: read it,
+        and write ``mailbox_consumed``. Entry n is at ``mailbox_base`` + (n modulo ``mailbox_entries``) x 2048: address
+        of its sender (4 bytes), port (2), length of the message (2), message. Messages are whole, and their CRC is
+        correct.
 
-        To take a frame: write ``token`` and ``peer``; stage the frame in ``slot_*`` and open its slot. ``missing`` and ``arrived``
-        tell what has come. Close the slot, and wait while ``writing`` names it, before its memory is used for anything else.
+        To receive a frame: write ``token``, ``peer_address`` and ``peer_port``; stage the frame in ``slot_*`` and open
+        its slot. ``missing`` and ``arrived`` tell what has come. Close the slot, and wait while ``writing`` names it,
+        before its memory is used for anything else.
 
-        To send: stage the message in ``send_*`` and write 1 to ``reply``, or, for all of a map, to ``run``.
+        To send: stage the message in ``send_*`` and write 1 to ``reply``, or to ``run`` for a burst, such as a whole
+        map.
 
-        To take a streamed frame: stage it in ``stream_*``, open the stream, then start the matcher with ``streamed`` in its
-        ``options``. The stream closes itself with the last pair. To give the frame up, abort the matcher, then close the stream.
+        To receive a streamed frame: stage it in ``stream_*``, open the stream, then start the matcher with ``streamed``
+        in its ``options``. The stream closes itself with the last pair. To give the frame up, abort the matcher, then
+        close the stream.
 
-        A CPU that caches has to invalidate its lines of the mailbox before it reads a message.
+        A CPU with a data cache has to invalidate its lines of the mailbox before it reads a message.
         """)
         self.add_capabilities()
         self.add_session()
         self.add_slots()
         self.add_mailbox()
         self.add_sender()
-        self.add_status("streaming", 1, int(self.streaming), "1: there is a way for streamed frames.")
+        self.add_status("streaming", 1, int(self.streaming), "1: streamed frames are supported.")
         if self.streaming:
             self.add_stream()
         for name, description in COUNTERS.items():
             self.add_status(name, 32, self.counters[name], description)
 
     def add_status(self, name, size, value, description):
-        """A register that shows a value."""
+        """Add a register that shows a value."""
         status = CSRStatus(size, name=name, description=description)
         setattr(self, f"_{name}", status)
         self.comb += status.status.eq(value)
 
     def add_storage(self, name, signal, description):
-        """A register that drives a Signal."""
+        """Add a register that drives a Signal."""
         storage = CSRStorage(len(signal), name=name, description=description)
         setattr(self, f"_{name}", storage)
         self.comb += signal.eq(storage.storage)
 
     def add_capabilities(self):
+        """Add what the frame link is built for."""
         major, minor = LINK_VERSION
-        self.add_status("version",         16, major << 8 | minor,    "Version of these registers: major x 256 + minor.")
+        self.add_status("version",         16, major << 8 | minor,    "Version of the registers: major x 256 + minor.")
         self.add_status("slots",            8, self.slots,            "Slots.")
         self.add_status("max_chunks",      16, self.max_chunks,       "Most chunks of a frame, both images.")
         self.add_status("mailbox_entries",  8, self.mailbox_entries,  "Messages that the mailbox holds.")
-        self.add_status("alignment",       16, self.alignment,        "What bases are multiples of, in bytes.")
+        self.add_status("alignment",       16, self.alignment,        "Bytes that each base is a multiple of.")
         self.add_status("address",         32, self.address,          "IPv4 address of the device.")
         self.add_status("port",            16, self.port,             "UDP port of the device.")
 
     def add_session(self):
+        """Add the switch and the session."""
         self._control = CSRStorage(name="control", fields=[
-            CSRField("enable", size=1, description="Take messages; otherwise all are thrown away.")])
+            CSRField("enable", size=1, description="Receive messages; otherwise all are discarded.")])
         self.comb += self.sorter.enable.eq(self._control.fields.enable)
         self.add_storage("token",        self.sorter.token,        "Token of the session; 0 if there is none.")
         self.add_storage("peer_address", self.sorter.peer_address, "IPv4 address of the session's peer.")
         self.add_storage("peer_port",    self.sorter.peer_port,    "UDP port of the session's peer.")
 
     def add_slots(self):
+        """Add the slots and what has arrived of their frames."""
         table = self.table
         self.add_storage("slot_frame_id", table.frame_id, "Id of the frame to open.")
-        self.add_storage("slot_base",     table.base,     "Byte address of its left image, a multiple of ``alignment``.")
-        self.add_storage("slot_pixels",   table.pixels,   "Pixels of one image; the right one begins behind that many bytes, "
-                                                          "rounded up to whole chunks of 1024.")
+        self.add_storage("slot_base",     table.base,     "Byte address of its left image, a multiple of "
+                                                          "``alignment``.")
+        self.add_storage("slot_pixels",   table.pixels,   "Pixels of one image; the right image begins that many bytes "
+                                                          "after the left image, rounded up to whole chunks of 1024.")
         self._slot_control = CSRStorage(name="slot_control", fields=[
             CSRField("slot",  size=4, offset=0, description="Slot."),
-            CSRField("open",  size=1, offset=8, pulse=True, description="Write 1 to open it for the staged frame. Not while clearing."),
+            CSRField("open",  size=1, offset=8, pulse=True,
+                description="Write 1 to open it for the staged frame. Not while clearing."),
             CSRField("close", size=1, offset=9, pulse=True, description="Write 1 to close it."),
         ])
         self._slot_status = CSRStatus(name="slot_status", fields=[
@@ -126,46 +135,57 @@ class FrameLinkCSR:
             self._slot_status.fields.writing.eq(self.sorter.writing),
             self._slot_status.fields.slot.eq(table.found),
         ]
-        self.add_storage("arrived_index", table.index, "Word to look at: slot x (``max_chunks`` / 32) + word.")
-        self.add_status("arrived", 32, table.arrived,  "A bit per chunk, 1 if it is in memory; bit i of word w is chunk 32 x w + i.")
-        self.add_status("missing", 16, table.missing,  "Chunks missing of the slot that is looked at.")
+        self.add_storage("arrived_index", table.arrived_index,
+            "Word of ``arrived`` to read: slot x (``max_chunks`` / 32) + word.")
+        self.add_status("arrived", 32, table.arrived,
+            "A bit per chunk, 1 if it is in memory; bit i of word w is chunk 32 x w + i.")
+        self.add_status("missing", 16, table.missing, "Chunks missing of the slot that ``arrived_index`` names.")
 
     def add_mailbox(self):
+        """Add the mailbox's place and its two counters."""
         sorter = self.sorter
-        self.add_storage("mailbox_base",     sorter.mailbox_base, "Byte address of the mailbox, a multiple of ``alignment``.")
+        self.add_storage("mailbox_base",     sorter.mailbox_base,
+            "Byte address of the mailbox, a multiple of ``alignment``.")
         self.add_status("mailbox_produced", 8, sorter.produced,   "Messages ever put in, modulo 256.")
         self.add_storage("mailbox_consumed", sorter.consumed,     "Messages ever taken out, modulo 256.")
 
     def add_sender(self):
+        """Add the staged message and what becomes of it."""
         queue = self.queue
         for name, description in STAGED_JOB.items():
             self.add_storage(f"send_{name}", getattr(queue.job, name), description)
         self._send_control = CSRStorage(name="send_control", fields=[
-            CSRField("reply", size=1, pulse=True, description="Write 1 to send the staged message. Ignored while busy."),
-            CSRField("run",   size=1, pulse=True, description="Write 1 to send a message per 1024 bytes begun. Ignored while busy."),
-            CSRField("abort", size=1, pulse=True, description="Write 1 to give the run up, after the message that is being read."),
+            CSRField("reply", size=1, pulse=True,
+                description="Write 1 to send the staged message. Ignored while ``reply_busy``."),
+            CSRField("run",   size=1, pulse=True,
+                description="Write 1 to send a burst: a message per 1024 bytes begun. Ignored while ``run_busy``."),
+            CSRField("abort", size=1, pulse=True,
+                description="Write 1 to give the burst up, after the message that is being read."),
         ])
         self._send_status = CSRStatus(name="send_status", fields=[
             CSRField("reply_busy", size=1, description="The payload of the reply has not been read yet."),
-            CSRField("run_busy",   size=1, description="Some payload of the run has not been read yet."),
+            CSRField("run_busy",   size=1, description="Some payload of the burst has not been read yet."),
         ])
         self.comb += [
             queue.reply.eq(self._send_control.fields.reply),
-            queue.run.eq(self._send_control.fields.run),
+            queue.burst.eq(self._send_control.fields.run),
             queue.abort.eq(self._send_control.fields.abort),
             self._send_status.fields.reply_busy.eq(queue.reply_busy),
-            self._send_status.fields.run_busy.eq(queue.run_busy),
+            self._send_status.fields.run_busy.eq(queue.burst_busy),
         ]
 
     def add_stream(self):
+        """Add the streamed frame."""
         gate, parts = self.gate, self.parts
         self.add_storage("stream_frame_id", gate.frame_id, "Id of the streamed frame to open.")
         self.add_storage("stream_pixels",   gate.pixels,   "Pixels of one of its images.")
         self.add_storage("stream_sequence", self.sequence, "Sequence of the messages that bring its map.")
         self._stream_control = CSRStorage(name="stream_control", fields=[
-            CSRField("open",  size=1, pulse=True, description="Write 1 to take pairs of the staged frame, and to send its map to the "
-                                                              "session's peer. Not while ``stream_status`` is not 0."),
-            CSRField("close", size=1, pulse=True, description="Write 1 to give it up: what is under way is thrown away."),
+            CSRField("open",  size=1, pulse=True,
+                description="Write 1 to receive pairs of the staged frame, and to send its map to the session's peer. "
+                            "Only while ``stream_status`` is 0."),
+            CSRField("close", size=1, pulse=True,
+                description="Write 1 to give it up: what is under way is discarded."),
         ])
         self._stream_status = CSRStatus(name="stream_status", fields=[
             CSRField("open",    size=1, description="Pairs are missing."),

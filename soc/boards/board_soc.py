@@ -16,7 +16,7 @@ from ...gateware.common.bus_register    import BusRegister
 from ...gateware.common.parameters      import check
 from ...gateware.common.stream_register import add_register
 from ..parts.flash_pads                 import ECP5FlashPads
-from ..parts.screen_arbiter             import ScreenTurns
+from ..parts.screen_arbiter             import ScreenArbiter
 from ..parts.stereo_soc                 import StereoSoC
 
 ROM_BYTES  = 4*1024 # Of the boot program.
@@ -39,7 +39,7 @@ MATCHER_DOMAIN = "matcher"
 SCREEN_TIMINGS = "640x480@60Hz"
 PIXEL_DOMAIN   = "hdmi"
 PIXEL_HZ       = 25000000
-# Bytes between memory and screen: 20 us of a picture; `ScreenTurns` says when it is filled.
+# Bytes between memory and screen: 20 us of a picture; `ScreenArbiter` says when it is filled.
 SCREEN_FIFO_BYTES = 512
 
 # Board SoC ----------------------------------------------------------------------------------------
@@ -154,9 +154,9 @@ class BoardSoC(StereoSoC):
             )
             dma     = self.video_framebuffer.dma
             masters = self.sdram.crossbar.masters
-            self.screen_turns = ScreenTurns(dma, SCREEN_FIFO_BYTES*8//dma.port.data_width)
+            self.screen_arbiter = ScreenArbiter(dma, SCREEN_FIFO_BYTES*8//dma.port.data_width)
             for number, port in enumerate(masters):
-                masters[number] = self.screen_turns.add_gate(port, is_screen=port is dma.port)
+                masters[number] = self.screen_arbiter.add_gate(port, is_screen=port is dma.port)
 
     def add_bus_registers(self):
         """A register between the bus and each port of the CPU."""

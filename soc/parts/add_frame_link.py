@@ -10,7 +10,7 @@ from ...gateware.link.network           import Network
 from ...gateware.peripherals.frame_link import FrameLink
 from .add_stereo                        import BusPorts
 
-UDP_PORT    = 19539 # As docs/protocol.md has it.
+UDP_PORT    = 19539 # As in docs/protocol.md.
 MAC_ADDRESS = 0x10e2d5000002
 IP_ADDRESS  = "192.168.1.50"
 
@@ -21,25 +21,25 @@ class FrameLinkMixin:
 
     def add_frame_link(self, phy, name="frame_link", mac_address=MAC_ADDRESS, ip_address=IP_ADDRESS, udp_port=UDP_PORT,
         max_chunks=1024, memory=None, burst_bytes=128, streaming=None, with_icmp=True, pipelined=False):
-        """Add the way of frames between Ethernet and memory: LiteEth's UDP core, and a `FrameLink` behind it.
+        """Add the path of frames between Ethernet and memory: LiteEth's UDP core and a `FrameLink`.
 
         Parameters
         ----------
         phy
             LiteEth PHY, 8 bits wide, a module of this SoC.
         name : str
-            Of the peripheral: prefix of its registers.
+            Name of the peripheral, and prefix of its registers.
         mac_address, ip_address, udp_port
-            Of the device.
+            Addresses of the device.
         max_chunks : int
             Most chunks of 1024 bytes of a pair of images; a power of 2.
         memory : object with `get_port(mode=...)`, optional
-            Where the DMA gets its ports: see `StereoMixin.add_stereo`.
+            Source of the DMA's ports: see `StereoMixin.add_stereo`.
         burst_bytes : int
-            Bytes read or written in one go.
+            Bytes of a burst.
         streaming : bool, optional
-            Build the way of streamed frames from the wire through the matcher `stereo` and back; by default if there is one that
-            takes them: its clock domain is `sys`.
+            Build the path of streamed frames from the wire through the matcher `stereo` and back; by default if the
+            matcher takes them, which needs its clock domain to be `sys`.
         with_icmp : bool
             Answer a ping.
         pipelined : bool

@@ -13,28 +13,27 @@ from litedram.common import LiteDRAMNativePort
 
 from ...gateware.common.stream_register import add_register
 
-# Screen Turns -------------------------------------------------------------------------------------
+# Screen Arbiter -----------------------------------------------------------------------------------
 
-class ScreenTurns(LiteXModule):
-    """Times in which the memory serves the screen alone: from when a quarter of its FIFO is left until it is almost full.
+class ScreenArbiter(LiteXModule):
+    """Give the memory to the screen alone from when a quarter of its FIFO is left until the FIFO is almost full.
 
-    The matcher takes all that the memory can give, and a screen does not wait. In between it asks for nothing, so that no
-    word of it costs the others a row.
+    The matcher takes all that the memory can give, and a screen does not wait. Between its turns the screen asks for
+    nothing: a single word of it would cost the other masters an open row of the RAM.
 
     Parameters
     ----------
     dma : LiteDRAMDMAReader
-        What reads for the screen.
+        Reader of the screen's picture.
     words : int
-        Words of its FIFO.
+        Words that its FIFO holds.
     """
     def __init__(self, dma, words):
-        self.turn = turn = Signal() # The memory is the screen's.
+        self.screen_turn = screen_turn = Signal() # The memory serves the screen alone.
 
         # # #
 
-        # Words that were asked for and have not left the FIFO.
-        count  = Signal(max=words + 1)
+        count  = Signal(max=words + 1) # Words that were asked for and have not left the FIFO.
         asked  = Signal()
         leaves = Signal()
         self.comb += [
@@ -44,22 +43,23 @@ class ScreenTurns(LiteXModule):
         self.sync += [
             If(asked & ~leaves, count.eq(count + 1)),
             If(leaves & ~asked, count.eq(count - 1)),
-            If(count <= words//4, turn.eq(1)),
-            If(count >= words - words//8, turn.eq(0)),
-            # Switched off, it asks for nothing, and drops what is left.
+            If(count <= words//4, screen_turn.eq(1)),
+            If(count >= words - words//8, screen_turn.eq(0)),
+            # While it is off, the reader asks for nothing, and its FIFO is emptied.
             If(~dma.enable,
                 count.eq(0),
-                turn.eq(0),
+                screen_turn.eq(0),
             ),
         ]
 
     def add_gate(self, port, is_screen):
-        """Returns a port for the crossbar whose commands are those of `port` when it is its turn."""
+        """Return a port for the crossbar: it passes the commands of `port` in the screen's turns, or between them."""
         gated = LiteDRAMNativePort(port.mode, port.address_width, port.data_width, id=port.id)
-        turn  = self.turn if is_screen else ~self.turn
+        turn  = self.screen_turn if is_screen else ~self.screen_turn
         cmd   = gated.cmd
         if is_screen:
-            # The reader compares its offset and waits for the memory in one clock: let it not wait for what is far.
+            # The reader compares its offset in the clock in which it sees `ready`: this register cuts the path from the
+            # crossbar.
             cmd = stream.Endpoint(gated.cmd.description)
             add_register(self, cmd, gated.cmd)
         self.comb += [

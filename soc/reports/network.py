@@ -80,14 +80,14 @@ class NetworkTop(LiteXModule):
 
         table, sorter, queue, gate = link.table, link.sorter, link.queue, link.gate
         inputs = [sorter.enable, sorter.token, sorter.peer_address, sorter.peer_port, sorter.mailbox_base, sorter.consumed,
-            table.slot, table.frame_id, table.base, table.pixels, table.open, table.close, table.index,
-            *queue.job.flatten(), queue.reply, queue.run, queue.abort, link.matching,
+            table.slot, table.frame_id, table.base, table.pixels, table.open, table.close, table.arrived_index,
+            *queue.job.flatten(), queue.reply, queue.burst, queue.abort, link.matching,
             gate.frame_id, gate.pixels, gate.open, gate.close, link.sequence,
             link.pairs.ready, link.map.valid, link.map.last, link.map.disparity,
             ports["read"].cmd.ready, ports["read"].rdata.valid, ports["read"].rdata.data,
             ports["write"].cmd.ready, ports["write"].wdata.ready]
         outputs = [table.clearing, table.arrived, table.missing, table.found, sorter.writing, sorter.produced,
-            queue.reply_busy, queue.run_busy, *link.counters.values(), gate.opened, gate.offset, link.parts.sending,
+            queue.reply_busy, queue.burst_busy, *link.counters.values(), gate.opened, gate.offset, link.parts.sending,
             link.pairs.valid, link.pairs.first, link.pairs.last, link.pairs.left, link.pairs.right,
             ports["read"].cmd.valid, ports["read"].cmd.addr, ports["read"].rdata.ready,
             ports["write"].cmd.valid, ports["write"].cmd.addr, ports["write"].wdata.valid, ports["write"].wdata.data]

@@ -48,7 +48,7 @@ def map_parts(make=MapParts) -> Proof:
     header = {name: Signal(bits) for name, bits in job.layout}
     proof.sync += If(core.open, [signal.eq(getattr(job, name)) for name, signal in header.items()])
 
-    # Parts with room at their first pixel, until they have been sent or thrown away.
+    # Parts with room at their first pixel, until they have been sent or discarded.
     given = Signal() # What waits was given up.
     drops = given & ~core.taken & core.sending
     kept  = Signal()
@@ -77,11 +77,11 @@ def map_parts(make=MapParts) -> Proof:
     proof.assume("what is taken was offered", ~core.taken | before | proof.past(source.valid))
     proof.assume("it is taken until it is sent", ~before | (core.taken == ~sent))
     proof.assume("nothing else is sent", core.taken | ~(source.ready | payload.ready))
-    proof.assume("a message behind its payload", ~taken(source) | (word == words))
+    proof.assume("a message after its payload", ~taken(source) | (word == words))
     proof.assume("and no other payload", ~taken(payload) | (word < words))
 
     proof.prove("the map never waits", sink.ready)
-    proof.prove("parts wait until they are sent or thrown away", core.sending == (level != 0))
+    proof.prove("parts wait until they are sent or discarded", core.sending == (level != 0))
     proof.prove("messages are the parts with room, in order", ~source.valid | ((level != 0)
                 & (source.offset == items[0][:32]) & (source.length == items[0][32:])))
     for name, signal in header.items():
@@ -92,7 +92,7 @@ def map_parts(make=MapParts) -> Proof:
     proof.prove("its payload is there, and stays", ~core.taken | (payload.valid & stays(proof, payload)))
     proof.prove("nothing of a map that was given up is offered", ~source.valid | ~given | core.taken)
     late = counted(proof, drops, ~given, 2)
-    proof.prove("it is thrown away soon", late <= PARTS)
+    proof.prove("it is discarded soon", late <= PARTS)
 
     # One word of one map, any one.
     which, data, any_map = proof.constant(30), proof.constant(32), proof.port("free_map", 1)
@@ -133,19 +133,19 @@ def invariants(proof: Proof, core: MapParts, ghost: SimpleNamespace) -> None:
     proof.prove("and lie in a part", ~ghost.under | ((own[2] == pixel[:2]) & (own[32][3:] == pixel[2:])
                                                      & (own[32][:3] == 0)))
     proof.prove("it is kept or left out", ~begun | (named["omitted"] == ~ghost.kept))
-    proof.prove("with room behind those that wait", ~begun | ~ghost.kept | (level < PARTS))
+    proof.prove("with room after those that wait", ~begun | ~ghost.kept | (level < PARTS))
     proof.prove("there is its place", named["place"] == (named["first"] ^ level[0]))
     proof.prove("given up is known", named["dropping"] == ghost.given)
     clocks = Signal(4)
     proof.comb += clocks.eq(ghost.late + level)
-    proof.prove("and thrown away one after the other", ~ghost.given | (clocks <= PARTS))
+    proof.prove("and discarded one after the other", ~ghost.given | (clocks <= PARTS))
     proof.prove("without any more", ~(ghost.given & ghost.under))
     proof.prove("words are counted", named["index"] == ghost.word[0])
     proof.prove("of the message that is taken", (ghost.word == 0) | core.taken)
     proof.prove("no more than it has", ~core.taken | (ghost.word <= ghost.words))
     proof.prove("shown when it waits", ~named["there"] | (level != 0))
 
-    proof.prove("a clock behind the offer", ~proof.past(core.source.valid) | proof.past(taken(core.source))
+    proof.prove("a clock after the offer", ~proof.past(core.source.valid) | proof.past(taken(core.source))
                 | named["there"])
 
     # The word in memory, wherever its part is.

@@ -13,6 +13,7 @@ from litex.gen import LiteXModule
 from litex.soc.interconnect import stream
 from migen import Cat, If, Mux, Signal
 
+from litestereo.gateware.link.chunk_check import ChunkCheck
 from litestereo.gateware.link.message import FRAME_BYTES, HEADER_WORDS, MAILBOX_ENTRY_BYTES, MESSAGE_BYTES
 from litestereo.gateware.link.message_sorter import MessageSorter
 
@@ -33,17 +34,16 @@ class Writer(LiteXModule):
 def message_sorter(make=MessageSorter) -> Proof:
     """Messages of any kind and length, whole as MessageBuffer gives them; any verdict on a chunk."""
     writer = Writer()
-    table  = SimpleNamespace(**{name: Signal(bits, name=f"table_{name}") for name, bits in [
-        ("chunk_frame_id", 32), ("chunk_offset", 32), ("chunk_length", 32), ("judge", 1), ("judged", 1), ("fits", 1),
-        ("repeated", 1), ("address", 32), ("set", 1)]})
-    core  = make(table, writer, mailbox_entries=ENTRIES)
-    proof = Proof(core)
-    sink  = core.sink
+    table  = SimpleNamespace(chunk=ChunkCheck(), address=Signal(32, name="table_address"), set=Signal(name="table_set"))
+    chunk  = table.chunk
+    core   = make(table, writer, mailbox_entries=ENTRIES)
+    proof  = Proof(core)
+    sink   = core.sink
     feed(proof, sink)
     mailbox = proof.constant(32)
     proof.comb += core.mailbox_base.eq(mailbox)
-    proof.free(core.enable, core.token, core.peer_address, core.peer_port, core.consumed, table.judged, table.fits,
-               table.repeated, table.address, writer.sink.ready, writer.idle)
+    proof.free(core.enable, core.token, core.peer_address, core.peer_port, core.consumed, chunk.judged, chunk.fits,
+               chunk.repeated, table.address, writer.sink.ready, writer.idle)
 
     # A message has the bytes that its header announces.
     word  = counted(proof, taken(sink), taken(sink) & sink.last, 10)
@@ -56,9 +56,9 @@ def message_sorter(make=MessageSorter) -> Proof:
     proof.assume("its header has its length", ~sink.valid | (word != HEADER_WORDS - 1)
                  | (sink.data == sink.bytes - FRAME_BYTES))
     # SlotTable and StreamWriter, as they are proven.
-    proof.assume("a verdict stays until the next", proof.past(table.judge & ~table.judged) | ~proof.started
+    proof.assume("a verdict stays until the next", proof.past(chunk.judge & ~chunk.judged) | ~proof.started
                  | (table.address == proof.past(table.address)))
-    proof.assume("verdicts come when asked for", ~table.judged | table.judge)
+    proof.assume("verdicts come when asked for", ~chunk.judged | chunk.judge)
     # The firmware takes messages that are there.
     waits, waited, read = Signal(8), Signal(8), Signal(8)
     proof.comb += [waits.eq(core.produced - core.consumed), read.eq(core.consumed - proof.past(core.consumed)),
@@ -67,16 +67,16 @@ def message_sorter(make=MessageSorter) -> Proof:
 
     # The block under way: its kind, and the words that it was given.
     begin  = writer.start
-    active = Signal()
-    letter = Signal()
-    length = Signal(10)
-    given  = counted(proof, taken(writer.sink), begin, 10)
-    allowed = Signal(32)
+    active     = Signal()
+    to_mailbox = Signal()
+    length     = Signal(10)
+    allowed    = Signal(32)
+    given      = counted(proof, taken(writer.sink), begin, 10)
     proof.sync += [
         If(begin,
             active.eq(1),
-            letter.eq(~table.judge),
-            length.eq(Mux(table.judge, words - HEADER_WORDS - 1, words + 2)),
+            to_mailbox.eq(~chunk.judge),
+            length.eq(Mux(chunk.judge, words - HEADER_WORDS - 1, words + 2)),
             allowed.eq(table.address)
         ).Elif(active & writer.idle,
             active.eq(0)
@@ -91,19 +91,19 @@ def message_sorter(make=MessageSorter) -> Proof:
     proof.comb += entry.eq(mailbox + MAILBOX_ENTRY_BYTES*core.produced[0])
     proof.prove("what is offered to memory stays", stays(proof, writer.sink))
     proof.prove("a block begins when none is under way", ~begin | (writer.idle & ~active))
-    proof.prove("a chunk is written when it fits and has not come before", ~begin | ~table.judge
-                | (table.judged & table.fits & ~table.repeated & (proof.past(core.token) != 0)))
-    proof.prove("a chunk goes to its place", ~active | letter | (writer.base == allowed))
-    proof.prove("a letter to the next entry of the mailbox", ~active | ~letter | (writer.base == entry))
-    proof.prove("the mailbox never overflows", (waits <= ENTRIES) & (~active | ~letter | (waits < ENTRIES)))
-    proof.prove("a letter stays in its entry", ~active | ~letter | ~writer.sink.valid
+    proof.prove("a chunk is written when it fits and has not come before", ~begin | ~chunk.judge
+                | (chunk.judged & chunk.fits & ~chunk.repeated & (proof.past(core.token) != 0)))
+    proof.prove("a chunk goes to its place", ~active | to_mailbox | (writer.base == allowed))
+    proof.prove("any other message to the next entry of the mailbox", ~active | ~to_mailbox | (writer.base == entry))
+    proof.prove("the mailbox never overflows", (waits <= ENTRIES) & (~active | ~to_mailbox | (waits < ENTRIES)))
+    proof.prove("a message stays in its entry", ~active | ~to_mailbox | ~writer.sink.valid
                 | (given < MAILBOX_ENTRY_BYTES//4))
     proof.prove("blocks end with their last word", ~active | ~writer.sink.valid
                 | (writer.sink.last == (given == length - 1)))
     proof.prove("no word outside of a block", ~writer.sink.valid | active)
-    proof.prove("a chunk is marked when it is in memory", ~table.set | (~letter & ended & writer.idle))
+    proof.prove("a chunk is marked when it is in memory", ~table.set | (~to_mailbox & ended & writer.idle))
     proof.reach("a chunk is in memory", table.set)
-    proof.reach("a letter is in the mailbox", core.produced == 1)
+    proof.reach("a message is in the mailbox", core.produced == 1)
     return proof
 
 

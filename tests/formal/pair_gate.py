@@ -20,22 +20,22 @@ def pair_gate(make=PairGate) -> Proof:
     core         = make()
     proof        = Proof(core)
     sink, source = core.sink, core.source
+    chunk        = core.chunk
     feed(proof, sink)
-    proof.free(source.ready, core.frame_id, core.pixels, core.open, core.close, core.chunk_frame_id, core.chunk_offset,
-               core.chunk_length, core.judge, core.begin)
+    proof.free(source.ready, core.frame_id, core.pixels, core.open, core.close, chunk.frame_id, chunk.offset,
+               chunk.length, chunk.judge, core.begin)
     proof.assume("a frame has pixels, and less than 2 GiB", (core.pixels != 0) & (core.pixels < 2**30))
 
-    # How MessageSorter lets a chunk pass: judged and right, then its words, as many as its length says.
+    # How MessageSorter lets a chunk pass: judged and fitting, then its words, as many as its length says.
     words    = Signal(32)  # Of the chunk, not taken yet.
     rounded  = Signal(32)
-    standing = [proof.past(field) == field
-                for field in (core.chunk_frame_id, core.chunk_offset, core.chunk_length)]
-    proof.comb += rounded.eq(core.chunk_length + 3)
-    proof.assume("what is judged stands still", ~(proof.past(core.judge) & core.judge)
-                 | (standing[0] & standing[1] & standing[2]))
-    proof.assume("a chunk passes when it fits", ~core.begin | (core.judge & core.judged & core.fits))
-    proof.assume("and ends its being judged", ~proof.past(core.begin) | ~core.judge)
-    proof.assume("one chunk at a time", ~core.judge | (words == 0))
+    holding  = [proof.past(field) == field for field in (chunk.frame_id, chunk.offset, chunk.length)]
+    proof.comb += rounded.eq(chunk.length + 3)
+    proof.assume("what is judged holds", ~(proof.past(chunk.judge) & chunk.judge)
+                 | (holding[0] & holding[1] & holding[2]))
+    proof.assume("a chunk passes when it fits", ~core.begin | (chunk.judge & chunk.judged & chunk.fits))
+    proof.assume("and ends its being judged", ~proof.past(core.begin) | ~chunk.judge)
+    proof.assume("one chunk at a time", ~chunk.judge | (words == 0))
     proof.assume("words are of the chunk", ~sink.valid | (words != 0))
     proof.assume("its last word is marked", sink.last == (words == 1))
     proof.sync += [

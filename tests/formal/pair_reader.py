@@ -138,7 +138,7 @@ def invariants(proof: Proof, core: PairReader, words, right, counts, count, pixe
     proof.prove("a burst begins at its begin", ~state["WAIT"] | (count[0] == 0))
     proof.prove("given up", core.idle | ~stopping | given)
     proof.prove("given up stays", ~given | core.stop | core.idle)
-    # Answers, a clock behind their requests.
+    # Answers, a clock after their requests.
     answered = inside(core, "under_way")[0]
     proof.prove("an answer waits no longer than a clock", (port.level <= 1) & (answered == port.level))
     proof.prove("the answer's side", ~reading | (inside(core, "right_word")[0] == Mux(port.level == 1, before, right)))

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""What passes items on and changes nothing: the registers between two streams, and the arbiter of messages."""
+"""Cores that pass items on and change nothing: the registers between two streams, and the arbiter of messages."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def register(join=add_register) -> Proof:
 
 
 def arbiter(make=MessageArbiter) -> Proof:
-    """Two sources of messages, and a receiver that takes words and messages whenever it likes."""
+    """Two sources of messages, and a receiver that takes words and messages at any time."""
     core  = smaller(make, job_layout=lambda: [("offset", 2)])()
     proof = Proof(core)
     for sink in [*core.sinks, *core.payloads]:
@@ -63,7 +63,7 @@ def arbiter(make=MessageArbiter) -> Proof:
     for what, source, sinks in [("messages", core.source, core.sinks), ("words", core.payload, core.payloads)]:
         count = Signal(2)
         proof.comb += count.eq(taken(sinks[0]) + taken(sinks[1]))
-        # Behind the last word of a message the first of the next may be offered: that one waits for its message.
+        # After the last word of a message the first of the next may be offered: that one waits for its message.
         proof.prove(f"{what}: what is offered stays, to the message's end", sent | stays(proof, source))
         proof.prove(f"{what}: each is taken and given in one clock", count == taken(source))
         for n, sink in enumerate(sinks):
@@ -71,7 +71,7 @@ def arbiter(make=MessageArbiter) -> Proof:
                         Mux(held[n], (source.valid == sink.valid) & (all_of(source) == all_of(sink)), ~taken(sink)))
     proof.prove("one message at a time", held != 3)
     proof.prove("a message is taken to its end", ~proof.started | (before == 0) | sent | (held == before))
-    proof.prove("behind its end there is a clock without", ~sent | (held == 0))
+    proof.prove("after its end there is a clock without", ~sent | (held == 0))
     for n in range(2):
         overtaken = Signal(2)
         proof.sync += [

@@ -37,40 +37,40 @@ class Reader(LiteXModule):
         self.source = stream.Endpoint([("data", 32)])
         self.base, self.length = Signal(BITS), Signal(BITS)
         self.start, self.idle  = Signal(), Signal()
-        self.left = Signal(BITS) # Words that are to come.
-        rounded   = Signal(BITS + 1)
-        self.comb += [rounded.eq(self.length + 3), self.idle.eq(self.left == 0)]
+        self.remaining = Signal(BITS)  # Words that are to come.
+        rounded        = Signal(BITS + 1)
+        self.comb += [rounded.eq(self.length + 3), self.idle.eq(self.remaining == 0)]
         self.sync += [
             If(taken(self.source),
-                self.left.eq(self.left - 1)
+                self.remaining.eq(self.remaining - 1)
             ),
             If(self.start & self.idle,
-                self.left.eq(rounded[2:])
+                self.remaining.eq(rounded[2:])
             ),
         ]
 
 
 def send_queue(make=SendQueue) -> Proof:
-    """Replies and runs of any length and place, at any time, runs given up; memory and wire stall as they like."""
+    """Replies and bursts of any length and place, at any time; bursts given up; memory and wire stall as they like."""
     reader = Reader()
     core   = smaller(make, CHUNK_BYTES=CHUNK, PAYLOAD_WORDS=2*WORDS, job_layout=lambda: LAYOUT)(reader)
     proof  = Proof(core)
     proof.submodules += reader
     source, payload, job = core.source, core.payload, core.job
     feed(proof, reader.source)
-    proof.free(source.ready, payload.ready, core.reply, core.run, core.abort, *job.flatten())
+    proof.free(source.ready, payload.ready, core.reply, core.burst, core.abort, *job.flatten())
     proof.assume("words come in a block alone", ~reader.source.valid | ~reader.idle)
-    proof.assume("a job is either a reply or a run",     ~(core.reply & core.run))
+    proof.assume("a job is either a reply or a burst",     ~(core.reply & core.burst))
     proof.assume("bases are aligned",                    job.base[:2] == 0)
     proof.assume("a reply is one message",               ~core.reply | (job.length <= CHUNK))
-    proof.assume("a run is shorter than half of memory", job.length < 2**(BITS - 1))
-    accepted = [core.reply & ~core.reply_busy, core.run & ~core.run_busy]
+    proof.assume("a burst is shorter than half of memory", job.length < 2**(BITS - 1))
+    accepted = [core.reply & ~core.reply_busy, core.burst & ~core.burst_busy]
 
-    # MessageFramer takes a message behind its payload, and no other payload.
+    # MessageFramer takes a message after its payload, and no other payload.
     words = rounded(proof, source.length)
     word  = counted(proof, taken(payload), taken(source), 8)
     proof.assume("words are taken of the message that is offered", ~taken(payload) | (source.valid & (word < words)))
-    proof.assume("and the message behind them", ~taken(source) | (word == words))
+    proof.assume("and the message after them", ~taken(source) | (word == words))
 
     proof.prove("what is offered stays", stays(proof, source))
     proof.prove("and so does its payload", stays(proof, payload))
@@ -88,7 +88,7 @@ def send_queue(make=SendQueue) -> Proof:
                 held(proof, reader.base, reads) & held(proof, reader.length, reads))
     blocks = [block(proof, reader, job, accept) for accept in accepted]
     proof.prove("no address outside of [base, base + length) of a job", ~reader.start
-                | (core.reply_busy & blocks[0].inside) | (core.run_busy & blocks[1].inside))
+                | (core.reply_busy & blocks[0].inside) | (core.burst_busy & blocks[1].inside))
     which, data    = proof.constant(32), proof.constant(32)
     pushed, popped = counted(proof, taken(reader.source), 0), counted(proof, taken(payload), 0)
     proof.assume("the word holds the data", ~taken(reader.source) | (pushed != which) | (reader.source.data == data))
@@ -99,18 +99,18 @@ def send_queue(make=SendQueue) -> Proof:
     # Clocks in which neither memory nor wire is waited for.
     offered  = core.offered.sink
     moves    = reader.idle & ~(offered.valid & ~offered.ready)
-    any_busy = core.reply_busy | core.run_busy
+    any_busy = core.reply_busy | core.burst_busy
     calm     = counted(proof, moves, taken(offered) | inside(core, "given_up")[0] | ~any_busy, 4)
     proof.prove("there is always a next step", ~any_busy | (calm <= 3))
     chosen   = inside(core, "chosen")[0]
     before   = counted(proof, taken(offered) & core.reply_busy, accepted[0], 3)
     proof.prove("a reply waits for one message at most", ~core.reply_busy | (before <= 1))
     stopped  = Signal()
-    late     = counted(proof, reader.idle, core.abort & core.run_busy & ~stopped, 4)
-    proof.sync += If(core.abort & core.run_busy, stopped.eq(1)).Elif(accepted[1], stopped.eq(0))
-    proof.prove("a run that was given up reads no further message", ~reader.start | ~chosen | ~stopped)
-    proof.prove("and ends when the present one is read, whatever the wire does",
-                ~core.run_busy | ~stopped | (late <= 3))
+    late     = counted(proof, reader.idle, core.abort & core.burst_busy & ~stopped, 4)
+    proof.sync += If(core.abort & core.burst_busy, stopped.eq(1)).Elif(accepted[1], stopped.eq(0))
+    proof.prove("a burst that was given up reads no further message", ~reader.start | ~chosen | ~stopped)
+    proof.prove("and ends when the present one is read, even if the wire stalls",
+                ~core.burst_busy | ~stopped | (late <= 3))
 
     invariants(proof, core, reader, SimpleNamespace(
         words=words, word=word, which=which, data=data, pushed=pushed, popped=popped, blocks=blocks, marked=marked,
@@ -137,19 +137,19 @@ def one_job(proof: Proof, core: SendQueue, accepted: list) -> SimpleNamespace:
     """One job, any one, is marked: its messages cover it from its first byte to its last, each once, in order."""
     source, job = core.source, core.job
     fields = {name: Signal(bits) for name, bits in LAYOUT}
-    known, run, given, running = Signal(), Signal(), Signal(), Signal()
+    known, burst, given, running = Signal(), Signal(), Signal(), Signal()
     begins = (accepted[0] | accepted[1]) & job.mark
     proof.assume("one job is marked", ~begins | ~known)
     proof.sync += [
         If(begins,
             known.eq(1),
-            run.eq(accepted[1]),
+            burst.eq(accepted[1]),
             [signal.eq(getattr(job, name)) for name, signal in fields.items()]
         ),
         If(accepted[1],
             running.eq(job.mark)
         ),
-        If(core.abort & core.run_busy & running,
+        If(core.abort & core.burst_busy & running,
             given.eq(1)
         ),
     ]
@@ -159,31 +159,31 @@ def one_job(proof: Proof, core: SendQueue, accepted: list) -> SimpleNamespace:
 
     def part(message: dict[str, Signal], begin: Signal):
         """The message is the job's part from `begin` on."""
-        offset = Signal(BITS)
-        base   = Signal(BITS)
-        left   = Signal(BITS)
+        offset    = Signal(BITS)
+        base      = Signal(BITS)
+        remaining = Signal(BITS)
         proof.comb += [offset.eq(fields["offset"] + begin), base.eq(fields["base"] + begin),
-                       left.eq(fields["length"] - begin)]
+                       remaining.eq(fields["length"] - begin)]
         condition = (known & (message["offset"] == offset) & (message["base"] == base)
-                     & (message["length"] == Mux(left > CHUNK, CHUNK, left))
-                     & ((begin == 0) | (run & (begin < fields["length"]))))
+                     & (message["length"] == Mux(remaining > CHUNK, CHUNK, remaining))
+                     & ((begin == 0) | (burst & (begin < fields["length"]))))
         for name in COMMON:
             condition = condition & (message[name] == fields[name])
         return condition
 
     offered = {name: getattr(source, name) for name, _ in LAYOUT}
-    proof.prove("its messages are its parts, one behind the other, of all fields", ~(source.valid & source.mark)
+    proof.prove("its messages are its parts, one after the other, with all fields", ~(source.valid & source.mark)
                 | part(offered, sent))
-    at_rest = ~core.reply_busy & ~core.run_busy & ~source.valid & (core.fsm.state == core.fsm.encoding["CHOOSE"])
+    at_rest = ~core.reply_busy & ~core.burst_busy & ~source.valid & (core.fsm.state == core.fsm.encoding["CHOOSE"])
     proof.prove("all of them have left in the end, unless it was given up",
                 ~at_rest | ~known | given | ((sent != 0) & (sent >= fields["length"])))
-    proof.prove("a reply leaves once", ~known | run | (sent <= CHUNK))
-    proof.reach("a run of two messages has left", at_rest & known & run & (sent == 2*CHUNK)
+    proof.prove("a reply leaves once", ~known | burst | (sent <= CHUNK))
+    proof.reach("a burst of two messages has left", at_rest & known & burst & (sent == 2*CHUNK)
                 & (fields["length"] == CHUNK + 1))
-    proof.reach("a run is given up behind its first message", at_rest & given & (sent == CHUNK)
+    proof.reach("a burst is given up after its first message", at_rest & given & (sent == CHUNK)
                 & (fields["length"] > CHUNK))
-    proof.reach("a reply has left before the end of a run", known & ~run & (sent != 0) & core.run_busy)
-    return SimpleNamespace(fields=fields, known=known, run=run, given=given, running=running, sent=sent, part=part)
+    proof.reach("a reply has left before the end of a burst", known & ~burst & (sent != 0) & core.burst_busy)
+    return SimpleNamespace(fields=fields, known=known, burst=burst, given=given, running=running, sent=sent, part=part)
 
 
 def invariants(proof: Proof, core: SendQueue, reader: Reader, ghost: SimpleNamespace) -> None:
@@ -191,23 +191,23 @@ def invariants(proof: Proof, core: SendQueue, reader: Reader, ghost: SimpleNames
     fsm, source, marked = core.fsm, core.source, ghost.marked
     state   = {name: fsm.state == number for name, number in fsm.encoding.items()}
     records = {record: {name: inside(core, f"{record}_{name}")[0] for name, _ in LAYOUT}
-               for record in ("message", "run_job", "reply_job")}
-    message, run, reply = records.values()
+               for record in ("message", "burst_job", "reply_job")}
+    message, burst, reply = records.values()
     chosen  = ghost.chosen
     waits   = state["ROOM"] | state["READ"] # The job has to wait for the message.
     begun   = waits | state["OFFER"]
 
     # Jobs and the message that is made of one.
-    part = Signal.like(run["length"])
-    proof.comb += part.eq(Mux(run["length"] > CHUNK, CHUNK, run["length"]))
-    of_run, of_reply = (Cat(*(message[name] == job[name] for name, _ in LAYOUT)) == 2**len(LAYOUT) - 1
-                        for job in ({**run, "length": part}, reply))
+    part = Signal.like(burst["length"])
+    proof.comb += part.eq(Mux(burst["length"] > CHUNK, CHUNK, burst["length"]))
+    of_burst, of_reply = (Cat(*(message[name] == job[name] for name, _ in LAYOUT)) == 2**len(LAYOUT) - 1
+                        for job in ({**burst, "length": part}, reply))
     proof.prove("four states", fsm.state < 4)
-    proof.prove("a message is of its job", ~waits | Mux(chosen, core.run_busy & of_run, core.reply_busy & of_reply))
+    proof.prove("a message is of its job", ~waits | Mux(chosen, core.burst_busy & of_burst, core.reply_busy & of_reply))
     proof.prove("a message has its size", ~begun | (message["length"] <= CHUNK))
     proof.prove("and so has a reply", ~core.reply_busy | (reply["length"] <= CHUNK))
     for name, job, busy, memory in [("reply", reply, core.reply_busy, ghost.blocks[0]),
-                                    ("run", run, core.run_busy, ghost.blocks[1])]:
+                                    ("burst", burst, core.burst_busy, ghost.blocks[1])]:
         offset = Signal(BITS)
         end    = Signal(BITS + 1)
         proof.comb += [offset.eq(job["base"] - memory.base), end.eq(offset + job["length"])]
@@ -220,11 +220,11 @@ def invariants(proof: Proof, core: SendQueue, reader: Reader, ghost: SimpleNames
     output  = core.fifo.fifo.readable
     ahead   = Signal(8)
     proof.comb += ahead.eq(Mux(source.valid, ghost.words, 0) + Mux(state["OFFER"], held_by, 0)
-                           + Mux(state["READ"], held_by - reader.left, 0))
+                           + Mux(state["READ"], held_by - reader.remaining, 0))
     proof.prove("words are of messages that leave, wait or are read",
                 core.fifo.level + ghost.word == ahead)
     proof.prove("no more are taken than a message has", Mux(source.valid, ghost.word <= ghost.words, ghost.word == 0))
-    proof.prove("reading in one state", Mux(state["READ"], (reader.left <= held_by) & (held_by != 0), reader.idle))
+    proof.prove("reading in one state", Mux(state["READ"], (reader.remaining <= held_by) & (held_by != 0), reader.idle))
     proof.prove("room is there at once", ~state["ROOM"] | inside(core, "room")[0])
     produce, consume = inside(inner, "produce")[0], inside(inner, "consume")[0]
     distance = Signal.like(produce)
@@ -252,42 +252,42 @@ def invariants(proof: Proof, core: SendQueue, reader: Reader, ghost: SimpleNames
     read    = Signal(BITS)
     proof.comb += [second.eq(marked.sent + Mux(leaving, CHUNK, 0)), read.eq(second + Mux(going, CHUNK, 0))]
     fields = marked.fields
-    offset = Signal(BITS)
-    base   = Signal(BITS)
-    left   = Signal(BITS)
+    offset    = Signal(BITS)
+    base      = Signal(BITS)
+    remaining = Signal(BITS)
     proof.comb += [offset.eq(fields["offset"] + read), base.eq(fields["base"] + read),
-                   left.eq(fields["length"] - read)]
-    rest = marked.known & marked.run & (run["length"] == left) & ((read == 0) | (read < fields["length"]))
-    for name, signal in run.items():
-        rest = rest & (signal == {**fields, "offset": offset, "base": base, "length": left}[name])
-    proof.prove("the run is what was not read of it", ~core.run_busy | ~run["mark"] | rest)
-    all_of_it = marked.known & ~marked.run & (read == 0)
+                   remaining.eq(fields["length"] - read)]
+    rest = marked.known & marked.burst & (burst["length"] == remaining) & ((read == 0) | (read < fields["length"]))
+    for name, signal in burst.items():
+        rest = rest & (signal == {**fields, "offset": offset, "base": base, "length": remaining}[name])
+    proof.prove("the burst is what was not read of it", ~core.burst_busy | ~burst["mark"] | rest)
+    all_of_it = marked.known & ~marked.burst & (read == 0)
     for name, signal in reply.items():
         all_of_it = all_of_it & (signal == fields[name])
     proof.prove("the reply is all of it", ~core.reply_busy | ~reply["mark"] | all_of_it)
     proof.prove("what waits to leave is its part", ~going | marked.part(message, second))
-    own = Mux(marked.run, core.run_busy & run["mark"], core.reply_busy & reply["mark"])
+    own = Mux(marked.burst, core.burst_busy & burst["mark"], core.reply_busy & reply["mark"])
     proof.prove("until all is read it is under way", ~marked.known | marked.given | own
                 | ((read != 0) & (read >= fields["length"])))
     proof.prove("nothing is sent of no job", marked.known | (read == 0))
-    proof.prove("of a reply once", ~marked.known | marked.run | (read <= CHUNK))
+    proof.prove("of a reply once", ~marked.known | marked.burst | (read <= CHUNK))
     proof.prove("it is shorter than half of memory", fields["length"] < 2**(BITS - 1))
-    proof.prove("a reply is short", ~marked.known | marked.run | (fields["length"] <= CHUNK))
+    proof.prove("a reply is short", ~marked.known | marked.burst | (fields["length"] <= CHUNK))
     proof.prove("the mark is its own", fields["mark"] == marked.known)
-    proof.prove("the run has its mark", ~core.run_busy | (marked.running == run["mark"]))
-    proof.prove("a run of it is given up alone", ~marked.given | (marked.known & marked.run))
+    proof.prove("the burst has its mark", ~core.burst_busy | (marked.running == burst["mark"]))
+    proof.prove("a burst of it is given up alone", ~marked.given | (marked.known & marked.burst))
     aborted = inside(core, "aborted")[0]
-    proof.prove("given up is known", ~core.run_busy | (ghost.stopped == aborted))
-    proof.prove("and of the marked one too", ~core.run_busy | ~run["mark"] | (marked.given == aborted))
+    proof.prove("given up is known", ~core.burst_busy | (ghost.stopped == aborted))
+    proof.prove("and of the marked one too", ~core.burst_busy | ~burst["mark"] | (marked.given == aborted))
 
     # Clocks.
-    proof.prove("a step at a time", ~(core.reply_busy | core.run_busy) | state["OFFER"]
+    proof.prove("a step at a time", ~(core.reply_busy | core.burst_busy) | state["OFFER"]
                 | (ghost.calm <= state["ROOM"] + 2*state["READ"]))
     proof.prove("with an end", ~state["OFFER"] | (ghost.calm <= 3))
     proof.prove("then the reply's turn", ~core.reply_busy
                 | (ghost.before + (state["OFFER"] | (waits & chosen)) <= 1))
-    steps = Signal(3) # Until a run that was given up ends.
+    steps = Signal(3) # Until a burst that was given up ends.
     proof.comb += steps.eq(Mux(state["CHOOSE"], Mux(core.reply_busy, 4, 1), Mux(
         state["ROOM"], Mux(chosen, 1, 3), Mux(state["READ"], 2, 1))))
-    proof.prove("a run that was given up comes to its end", ~core.run_busy | ~ghost.stopped
+    proof.prove("a burst that was given up comes to its end", ~core.burst_busy | ~ghost.stopped
                 | (ghost.late + steps <= 4))

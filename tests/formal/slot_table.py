@@ -22,27 +22,28 @@ def slot_table(make=SlotTable) -> Proof:
     """Slots opened and closed at any time, and chunks of any place and length judged, as MessageSorter does it."""
     core  = make(slots=SLOTS, max_chunks=CHUNKS)
     proof = Proof(core)
-    asked = [core.chunk_frame_id, core.chunk_offset, core.chunk_length]
-    proof.free(core.slot, core.frame_id, core.base, core.pixels, core.open, core.close, *asked, core.judge, core.set,
-               core.index)
-    before = proof.past(core.judge)
+    chunk = core.chunk
+    asked = [chunk.frame_id, chunk.offset, chunk.length]
+    proof.free(core.slot, core.frame_id, core.base, core.pixels, core.open, core.close, *asked, chunk.judge, core.set,
+               core.arrived_index)
+    before = proof.past(chunk.judge)
     for field in asked:
-        proof.assume("what is judged stands still", ~(before & core.judge) | (field == proof.past(field)))
-    proof.assume("and until the verdict is there", ~before | core.judge | proof.past(core.judged))
+        proof.assume("what is judged holds", ~(before & chunk.judge) | (field == proof.past(field)))
+    proof.assume("and until the verdict is there", ~before | chunk.judge | proof.past(chunk.judged))
     proof.assume("a slot is not opened while one is cleared", ~core.open | ~core.clearing)
     proof.assume("slots and frames are legal", (core.slot < SLOTS) & (core.pixels != 0) & (core.pixels < 2**30))
     # The firmware closes a slot, and waits until no chunk of it is being written, before it opens it anew.
     for n in range(SLOTS):
         clocks = Signal(4, reset=10)
         proof.sync += If(inside(core, f"opened{n}")[0], clocks.eq(0)).Elif(clocks != 10, clocks.eq(clocks + 1))
-        proof.assume(f"slot {n} is opened some clocks behind its closing", ~core.open | (core.slot != n)
+        proof.assume(f"slot {n} is opened some clocks after its closing", ~core.open | (core.slot != n)
                      | (clocks == 10))
     ready = Signal()  # A verdict that allows a chunk has not been used.
-    proof.sync += If(core.judged & core.judge, ready.eq(core.fits & ~core.repeated)).Elif(core.set | core.judge,
+    proof.sync += If(chunk.judged & chunk.judge, ready.eq(chunk.fits & ~chunk.repeated)).Elif(core.set | chunk.judge,
                                                                                          ready.eq(0))
-    proof.assume("a chunk is marked when it was allowed, once", ~core.set | (ready & ~core.judge))
+    proof.assume("a chunk is marked when it was allowed, once", ~core.set | (ready & ~chunk.judge))
 
-    allowed = core.judge & core.judged & core.fits
+    allowed = chunk.judge & chunk.judged & chunk.fits
     bases   = Array(inside(core, f"base{n}")[0] for n in range(SLOTS))
     pixels  = Array(inside(core, f"pixels{n}")[0] for n in range(SLOTS))
     ids     = Array(inside(core, f"frame_id{n}")[0] for n in range(SLOTS))
@@ -58,15 +59,15 @@ def slot_table(make=SlotTable) -> Proof:
         local.eq(Mux(offset < pitch, offset, offset - pitch)),
     ]
     end = Signal(35)
-    proof.comb += end.eq(local + core.chunk_length)
+    proof.comb += end.eq(local + chunk.length)
     proof.prove("a chunk that fits is of the slot's frame", ~allowed | ((core.found < SLOTS)
-                & (frame_id == core.chunk_frame_id)))
+                & (frame_id == chunk.frame_id)))
     proof.prove("and lies inside one of its images", ~allowed | (end <= size))
-    proof.prove("where its offset says", ~allowed | (offset == core.chunk_offset))
-    judging = proof.past(core.judge & ~core.judged)
-    verdict = [core.fits, core.repeated, core.found, core.address]
+    proof.prove("where its offset says", ~allowed | (offset == chunk.offset))
+    judging = proof.past(chunk.judge & ~chunk.judged)
+    verdict = [chunk.fits, chunk.repeated, core.found, core.address]
     for value in verdict:
         proof.prove("a verdict stays until the next", ~proof.started | judging | (value == proof.past(value)))
-    proof.reach("a chunk fits", allowed & (core.chunk_length == 5))
+    proof.reach("a chunk fits", allowed & (chunk.length == 5))
     proof.reach("it is marked", core.set)
     return proof

@@ -20,7 +20,7 @@ LANES = memory.WORD//ITEM
 
 
 def stream_writer(make=StreamWriter, burst_words: int = 2) -> Proof:
-    """Blocks of any length, one after the other, given up at any time; a bus that fails whenever it likes."""
+    """Blocks of any length, one after the other, given up at any time; a bus that fails at any time."""
     bus    = memory.port()
     core   = make(bus, bits=8*ITEM, burst_bytes=burst_words*memory.WORD)
     proof  = Proof(core)
@@ -29,7 +29,7 @@ def stream_writer(make=StreamWriter, burst_words: int = 2) -> Proof:
     feed(proof, core.sink)
     proof.free(core.base, core.start, core.stop)
 
-    # How a block is written: the base holds, stop is held, nothing comes behind the last item.
+    # How a block is written: the base holds, stop is held, nothing comes after the last item.
     begin = Signal()
     busy  = Signal()
     ended = Signal()
@@ -49,7 +49,7 @@ def stream_writer(make=StreamWriter, burst_words: int = 2) -> Proof:
     proof.assume("the base holds",           held(proof, core.base, busy))
     proof.assume("the base is aligned",      core.base[:2] == 0)
     proof.assume("stop holds until idle",    ~proof.past(core.stop & ~core.idle) | core.stop | core.idle)
-    proof.assume("nothing comes behind last", ~core.sink.valid | ~ended)
+    proof.assume("nothing comes after last",  ~core.sink.valid | ~ended)
 
     # Items and the words that they make; a block of the solver's choice, shorter than 2**30 bytes.
     item  = counted(proof, moves, begin)

@@ -80,7 +80,7 @@ FAULTS = {
         "self.o.eq(gone.q[0] != counted[0])", "after two clocks of its side at most"),
     "a message held too long": (
         arbiter, "message_arbiter", "MessageArbiter", "If(self.source.valid & self.source.ready,",
-        "If(self.payload.valid & self.payload.ready,", "behind its end there is a clock without"),
+        "If(self.payload.valid & self.payload.ready,", "after its end there is a clock without"),
     "a word too few": (
         message_framer, "message_framer", "MessageFramer", "rounded.eq(sink.length + 3)", "rounded.eq(sink.length)",
         "its last word but one"),
@@ -88,14 +88,14 @@ FAULTS = {
         message_buffer, "message_buffer", "MessageBuffer", "room.eq((level != words) &", "room.eq(",
         "no word that waits is written over"),
     "a chunk too long": (
-        slot_table, "slot_table", "SlotTable", "(self.chunk_length == expected)", "(self.chunk_length >= expected)",
+        slot_table, "slot_table", "SlotTable", "(self.chunk.length == expected)", "(self.chunk.length >= expected)",
         "and lies inside one of its images"),
     "a chunk that does not fit": (
-        message_sorter, "message_sorter", "MessageSorter", "Elif(~table.fits,", "Elif(0,",
+        message_sorter, "message_sorter", "MessageSorter", "Elif(~table.chunk.fits,", "Elif(0,",
         "a chunk is written when it fits and has not come before"),
     "a pair too many": (
-        pair_gate, "pair_gate", "PairGate", "self.source.last.eq(pairs == 1)", "self.source.last.eq(pairs == 0)",
-        "so is the last"),
+        pair_gate, "pair_gate", "PairGate", "self.source.last.eq(self.pairs == 1)",
+        "self.source.last.eq(self.pairs == 0)", "so is the last"),
     "a verdict of the frame before": (
         pair_gate, "pair_gate", "PairGate", "self.begin & (changed == 0)", "self.begin", "no pair beyond the frame"),
     "memory beside the job": (
@@ -104,14 +104,14 @@ FAULTS = {
     "a field left out": (
         send_queue, "send_queue", "SendQueue", "offered.source.connect(self.source)",
         'offered.source.connect(self.source, omit={"offset"})',
-        "its messages are its parts, one behind the other, of all fields"),
+        "its messages are its parts, one after the other, with all fields"),
     "a reply that comes again": (
-        send_queue, "send_queue", "SendQueue", "answered.eq(done & ~chosen)",
-        "answered.eq(done & ~chosen & ~self.run_busy)", "the reply is all of it"),
-    "a run that goes on": (
-        send_queue, "send_queue", "SendQueue", "If(chosen & aborted,", "If(0,",
-        "a run that was given up reads no further message"),
-    "a place for what is left out": (
+        send_queue, "send_queue", "SendQueue", "answered.eq(self.done & ~self.chosen)",
+        "answered.eq(self.done & ~self.chosen & ~self.burst_busy)", "the reply is all of it"),
+    "a burst that goes on": (
+        send_queue, "send_queue", "SendQueue", "If(self.chosen & self.aborted,", "If(0,",
+        "a burst that was given up reads no further message"),
+    "a place for a part that is omitted": (
         map_parts, "map_parts", "MapParts", "If(~omit,\n                        place.eq",
         "If(1,\n                        place.eq", "there is its place"),
     "a message torn away": (
@@ -124,7 +124,7 @@ FAULTS = {
         "what memory shows is in it"),
     "a header of another map": (
         map_parts, "map_parts", "MapParts", "If(self.open,\n                [getattr(header",
-        "If(sink.valid,\n                [getattr(header", "is the map's"),
+        "If(self.sink.valid,\n                [getattr(header", "is the map's"),
 }
 
 #: Clocks in which a fault shows, if not 16.

@@ -72,14 +72,14 @@ class LinkInRAM(LiteXModule):
             "enable": sorter.enable, "token": sorter.token, "peer_address": sorter.peer_address,
             "peer_port": sorter.peer_port, "mailbox_base": sorter.mailbox_base, "consumed": sorter.consumed,
             "slot": table.slot, "slot_frame_id": table.frame_id, "slot_base": table.base, "slot_pixels": table.pixels,
-            "open": table.open, "close": table.close, "index": table.index,
-            "reply": queue.reply, "run": queue.run, "abort": queue.abort,
+            "open": table.open, "close": table.close, "arrived_index": table.arrived_index,
+            "reply": queue.reply, "burst": queue.burst, "abort": queue.abort,
             "stream_frame_id": link.gate.frame_id, "stream_pixels": link.gate.pixels, "sequence": link.sequence,
             "stream_open": link.gate.open, "stream_close": link.gate.close, "slow": self.slow,
         } | {f"send_{name}": getattr(queue.job, name) for name in JOB}
         self.status = {
             "clearing": table.clearing, "writing": sorter.writing, "arrived": table.arrived, "missing": table.missing,
-            "produced": sorter.produced, "reply_busy": queue.reply_busy, "run_busy": queue.run_busy,
+            "produced": sorter.produced, "reply_busy": queue.reply_busy, "burst_busy": queue.burst_busy,
             "opened": link.gate.opened, "sending": link.parts.sending, "offset": link.gate.offset,
         } | {name: link.counters[name] for name in COUNTERS}
         for name, signal in self.settings.items():
@@ -182,14 +182,14 @@ class LinkBench:
         """Which chunks of a slot have arrived."""
         flags = []
         for word in range(-(-chunks//32)):
-            self.set(index=slot*(MAX_CHUNKS//32) + word)
+            self.set(arrived_index=slot*(MAX_CHUNKS//32) + word)
             self.clocks(3)
             flags += [bool(self.get("arrived") >> bit & 1) for bit in range(32)]
         return flags[:chunks]
 
     def missing(self, slot: int) -> int:
         """Chunks that the slot still lacks."""
-        self.set(index=slot*(MAX_CHUNKS//32))
+        self.set(arrived_index=slot*(MAX_CHUNKS//32))
         self.clocks(3)
         return self.get("missing")
 
@@ -198,7 +198,7 @@ class LinkBench:
         self.set(**{f"send_{name}": job.get(name, 0) for name in JOB})
 
     def send(self, kind: str, outputs: int, ready: float = 1.0, seed: int = 0, **job: int) -> list[Datagram]:
-        """Start a `reply` or a `run`, and take as many datagrams from the wire."""
+        """Start a `reply` or a `burst`, and take as many datagrams from the wire."""
         self.stage(**job)
         self.pulse(kind)
         return self.take(outputs, ready, seed)
@@ -223,7 +223,7 @@ class LinkBench:
     def memory(self, base: int, length: int) -> bytes:
         """Bytes of the memory, as the device sends them."""
         count     = -(-length//CHUNK_BYTES)
-        datagrams = self.send("run", count, base=base, length=length, address=PEER[0], port=PEER[1])
+        datagrams = self.send("burst", count, base=base, length=length, address=PEER[0], port=PEER[1])
         assert len(datagrams) == count
         return b"".join(Message.decode(datagram.data).payload for datagram in datagrams)
 

@@ -85,7 +85,7 @@ class Device(LiteXModule):
             link.queue.job.port.eq(PEER.port),
             link.queue.job.type.eq(0x87),
         ]
-        self.open, self.run, self.length = link.table.open, link.queue.run, Signal(16)
+        self.open, self.burst, self.length = link.table.open, link.queue.burst, Signal(16)
         self.comb += link.queue.job.length.eq(self.length)
         self.produced, self.missing    = link.sorter.produced, link.table.missing
         self.overrun,  self.malformed  = (link.counters[f"datagrams_{name}"] for name in ("overrun", "malformed"))
@@ -95,11 +95,11 @@ class Host:
     """The other end of the wire."""
     def __init__(self, with_preamble_crc: bool) -> None:
         self.framed = with_preamble_crc
-        self.core   = StreamCore(Device(with_preamble_crc), ["open", "run", "length"],
+        self.core   = StreamCore(Device(with_preamble_crc), ["open", "burst", "length"],
                                  status=["produced", "missing", "overrun", "malformed"])
 
     def exchange(self, frames: list[bytes], answers: int, settle: int = 3000) -> list[bytes]:
-        """Send frames one behind the other, and take frames of the device."""
+        """Send frames without a pause, and take frames of the device."""
         if self.framed:
             frames = [on_the_wire(frame) for frame in frames]
         data  = np.frombuffer(b"".join(frames), np.uint8).astype(np.uint32)
@@ -173,30 +173,30 @@ def test_chunks_at_the_speed_of_the_wire_and_the_map_back(host):
                    for offset, payload in chunks.items()], 0)
     assert [host.core.get(name) for name in ("missing", "overrun", "malformed")] == [0, 0, 0]
     host.core.set(length=8192)
-    host.pulse("run")
+    host.pulse("burst")
     taken    = [host_takes(frame) for frame in meet(host, [], 8)]
     messages = [Message.decode(payload) for port, payload in taken if port == PEER.port]
     assert {message.offset: message.payload for message in messages} == chunks
 
 
 @pytest.mark.parametrize("length", [0, 1, 2, 3, 4, 1021, 1024])
-def test_letters(host, length):
+def test_other_messages_go_to_the_mailbox(host, length):
     host.exchange([datagram(PEER, DEVICE, Message(MessageType.CONFIGURE, payload=bytes(length)).encode())], 0)
     assert host.core.get("produced") == 1
 
 
 def test_frames_for_others_and_broken_ones_do_no_harm(host):
-    rng    = byte_generator()
-    letter = datagram(PEER, DEVICE, Message(MessageType.HELLO, payload=bytes(4)).encode())
-    frames = [ethernet(rng.choice([DEVICE.mac, BROADCAST]), HOST.mac, rng.choice([0x0800, 0x0806, 0x86dd]),
-                       rng.randbytes(rng.randint(46, 1500))) for _ in range(300)]
+    rng     = byte_generator()
+    message = datagram(PEER, DEVICE, Message(MessageType.HELLO, payload=bytes(4)).encode())
+    frames  = [ethernet(rng.choice([DEVICE.mac, BROADCAST]), HOST.mac, rng.choice([0x0800, 0x0806, 0x86dd]),
+                        rng.randbytes(rng.randint(46, 1500))) for _ in range(300)]
     for _ in range(300):
         # Nothing but the UDP header and what pads is without a checksum that counts.
-        broken = bytearray(letter)
+        broken = bytearray(message)
         broken[rng.choice([*range(14, 34), *range(42, 74)])] ^= 1 << rng.randrange(8)
         frames.append(bytes(broken))
     rng.shuffle(frames)
     host.exchange(frames, 0)
     assert host.core.get("produced") == 0
-    host.exchange([letter], 0)
+    host.exchange([message], 0)
     assert host.core.get("produced") == 1

@@ -40,7 +40,7 @@ def send(link: LinkBench, frame_id: int, chunks: dict[int, bytes], **options) ->
 
 
 def check_parts(datagrams: list[Datagram], chunks: dict[int, bytes], frame_id: int, sequence: int) -> list[int]:
-    """Offsets of the parts that came, each right in all it says."""
+    """Return the offsets of the parts that came, after a check of everything else in them."""
     offsets = []
     for datagram in datagrams:
         message = Message.decode(datagram.data)
@@ -147,7 +147,7 @@ def test_reopened_while_a_chunk_is_passing(link):
     assert check_parts(link.take(20), chunks, 8, 1) == [*chunks]
 
 
-def test_replies_runs_and_uploads_meanwhile(link):
+def test_replies_bursts_and_uploads_meanwhile(link):
     rng    = byte_generator()
     chunks = chunks_of(rng.randbytes(4*CHUNK_BYTES))
     wanted = link.memory(SLOT_BYTES, 6*CHUNK_BYTES)
@@ -156,7 +156,7 @@ def test_replies_runs_and_uploads_meanwhile(link):
     link.open(0, 5, pixels)
     link.open_stream(7, 4*512)
     link.stage(type=0x87, frame_id=3, base=SLOT_BYTES, length=6*CHUNK_BYTES, address=PEER[0], port=PEER[1])
-    link.pulse("run")
+    link.pulse("burst")
     link.stage(type=0x86, frame_id=4, base=SLOT_BYTES, length=16, address=PEER[0], port=PEER[1])
     link.pulse("reply")
     mixed = [Datagram(upload(5, offset, chunk)) for offset, chunk in stored.items()]
@@ -170,7 +170,7 @@ def test_replies_runs_and_uploads_meanwhile(link):
     assert b"".join(Message.decode(datagram.data).payload for datagram in by_frame[3]) == wanted
     assert len(by_frame[4]) == 1
     assert check_parts(by_frame[7], chunks, 7, 1) == [*chunks]
-    # They take turns: neither the run nor the map waits for the end of the other.
+    # They take turns: neither the burst nor the map waits for the end of the other.
     order = [Message.decode(datagram.data).frame_id for datagram in sent]
     assert sum(before != after for before, after in zip(order, order[1:], strict=False)) >= 6
 

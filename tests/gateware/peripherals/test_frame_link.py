@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""The frame link between datagrams and memory: chunks, mailbox, replies and runs, and all that does not fit."""
+"""The frame link between datagrams and memory: chunks, mailbox, replies and bursts, and all that does not fit."""
 
 from __future__ import annotations
 
@@ -178,16 +178,18 @@ def test_damaged_datagrams_are_dropped(link, damage):
     assert link.counters()["chunks_received"] == 1
 
 
-def letter(rng: random.Random, length: int, **fields: int) -> Message:
+def other_message(rng: random.Random, length: int, **fields: int) -> Message:
+    """Return a message for the mailbox, with a payload of so many random bytes."""
     fields = {"session": rng.getrandbits(32), "sequence": rng.getrandbits(32)} | fields
     return Message(fields.pop("type", MessageType.CONFIGURE), payload=rng.randbytes(length), **fields)
 
 
 def test_mailbox(link):
-    rng     = byte_generator()
-    letters = [letter(rng, length) for length in (0, 1, 2, 3, 4, 52, 1023, 1024)]
-    letters += [letter(rng, 8, type=MessageType.UPLOAD, version=2), letter(rng, 0, type=MessageType.UPLOAD | 0x80)]
-    for number, message in enumerate(letters):
+    rng      = byte_generator()
+    messages = [other_message(rng, length) for length in (0, 1, 2, 3, 4, 52, 1023, 1024)]
+    messages += [other_message(rng, 8, type=MessageType.UPLOAD, version=2),
+                 other_message(rng, 0, type=MessageType.UPLOAD | 0x80)]
+    for number, message in enumerate(messages):
         sender = (rng.getrandbits(32), rng.getrandbits(16))
         link.receive([Datagram(message.encode(), sender)], WIRE_SPEED)
         assert link.get("produced") == number + 1
@@ -198,22 +200,22 @@ def test_mailbox(link):
 
 
 def test_mailbox_overrun_loses_the_newest(link):
-    rng     = byte_generator()
-    letters = [letter(rng, 20).encode() for _ in range(11)]
-    link.receive(map(Datagram, letters), WIRE_SPEED)
+    rng      = byte_generator()
+    messages = [other_message(rng, 20).encode() for _ in range(11)]
+    link.receive(map(Datagram, messages), WIRE_SPEED)
     assert (link.get("produced"), link.counters()["mailbox_overrun"]) == (8, 3)
-    assert all(link.memory(MAILBOX_BASE + n*2048, 64)[8:8 + 48] == letters[n] for n in range(8))
+    assert all(link.memory(MAILBOX_BASE + n*2048, 64)[8:8 + 48] == messages[n] for n in range(8))
     link.set(consumed=1)
-    link.receive([Datagram(letters[10])])
+    link.receive([Datagram(messages[10])])
     assert link.get("produced") == 9
-    assert link.memory(MAILBOX_BASE, 64)[8:8 + 48] == letters[10]
+    assert link.memory(MAILBOX_BASE, 64)[8:8 + 48] == messages[10]
 
 
 def test_switched_off(link):
     link.set(enable=0)
     link.open(0, 5, 100)
     before = link.memory(0, SLOT_BYTES)
-    link.receive([Datagram(upload(5, 0, bytes(100))), Datagram(letter(byte_generator(), 20).encode())])
+    link.receive([Datagram(upload(5, 0, bytes(100))), Datagram(other_message(byte_generator(), 20).encode())])
     assert (link.missing(0), link.get("produced")) == (2, 0)
     assert link.memory(0, SLOT_BYTES) == before
 
@@ -251,25 +253,25 @@ def test_replies(link, length):
 
 
 @pytest.mark.parametrize("length", [1, 1024, 1025, 5*1024, 5*1024 + 2])
-def test_runs(link, length):
+def test_bursts(link, length):
     rng    = byte_generator(length)
     link.open(0, 5, 8*CHUNK_BYTES)
     chunks = frame(rng, 8*CHUNK_BYTES)
     link.receive([Datagram(upload(5, offset, payload)) for offset, payload in chunks.items()], WIRE_SPEED)
     wanted = b"".join(chunks.values())[1024:1024 + length]
     count  = -(-length//CHUNK_BYTES)
-    sent   = link.send("run", count + 1, 0.7, type=0x87, session=1, sequence=2, frame_id=3, offset=0xffffff00,
+    sent   = link.send("burst", count + 1, 0.7, type=0x87, session=1, sequence=2, frame_id=3, offset=0xffffff00,
                        base=1024, length=length, address=PEER[0], port=PEER[1])
     parts  = [Message.decode(datagram.data) for datagram in sent]
     assert [part.offset for part in parts] == [(0xffffff00 + 1024*n) & 0xffffffff for n in range(count)]
     assert b"".join(part.payload for part in parts) == wanted
     assert {(part.type, part.session, part.sequence, part.frame_id) for part in parts} == {(0x87, 1, 2, 3)}
-    assert link.get("run_busy") == 0
+    assert link.get("burst_busy") == 0
 
 
-def test_reply_passes_run(link):
+def test_reply_passes_burst(link):
     link.stage(type=0x87, length=10*CHUNK_BYTES, address=PEER[0], port=PEER[1])
-    link.pulse("run")
+    link.pulse("burst")
     link.clocks(5000)
     link.stage(type=0x81, length=4, address=PEER[0], port=PEER[1])
     link.pulse("reply")
@@ -279,18 +281,18 @@ def test_reply_passes_run(link):
     assert kinds.index(0x81) <= 4
 
 
-def test_abort_of_a_run(link):
+def test_abort_of_a_burst(link):
     link.stage(type=0x87, length=40*CHUNK_BYTES, address=PEER[0], port=PEER[1])
-    link.pulse("run")
+    link.pulse("burst")
     assert len(link.take(3)) == 3
     link.pulse("abort")
     rest = link.take(40)
     assert len(rest) <= 4
-    assert link.get("run_busy") == 0
+    assert link.get("burst_busy") == 0
     assert [Message.decode(datagram.data).offset for datagram in rest] == [1024*(3 + n) for n in range(len(rest))]
-    # An abort without a run does not hit the next one.
+    # An abort without a burst does not hit the next one.
     link.pulse("abort")
-    assert len(link.send("run", 6, type=0x87, length=6*CHUNK_BYTES, address=PEER[0], port=PEER[1])) == 6
+    assert len(link.send("burst", 6, type=0x87, length=6*CHUNK_BYTES, address=PEER[0], port=PEER[1])) == 6
 
 
 def test_both_directions_at_once(link):
@@ -300,7 +302,7 @@ def test_both_directions_at_once(link):
     wanted = link.memory(SLOT_BYTES, 20*CHUNK_BYTES)
     link.open(0, 5, pixels)
     link.stage(type=0x87, base=SLOT_BYTES, length=20*CHUNK_BYTES, address=PEER[0], port=PEER[1])
-    link.pulse("run")
+    link.pulse("burst")
     link.receive([Datagram(upload(5, offset, payload)) for offset, payload in chunks.items()], WIRE_SPEED)
     assert b"".join(Message.decode(datagram.data).payload for datagram in link.take(20, 0.5)) == wanted
     check_memory(link, 0, chunks)
@@ -313,7 +315,7 @@ def test_reset_at_any_clock(link):
         chunks = frame(rng, pixels)
         link.open(0, 5, pixels)
         link.stage(type=0x87, length=20*CHUNK_BYTES, address=PEER[0], port=PEER[1])
-        link.pulse("run")
+        link.pulse("burst")
         some = rng.sample([*chunks], rng.randint(1, len(chunks)))
         link.receive([Datagram(upload(5, offset, chunks[offset])) for offset in some], rng.random(),
                      settle=rng.randint(1, 300))

@@ -16,7 +16,7 @@ from migen import ClockDomainsRenamer, Record
 from litestereo.sim.cores.pin_core import PinCore
 from litestereo.sim.socs.video_model import VideoPHYModel
 from litestereo.soc.boards.board_soc import PIXEL_DOMAIN, SCREEN_FIFO_BYTES
-from litestereo.soc.parts.screen_arbiter import ScreenTurns
+from litestereo.soc.parts.screen_arbiter import ScreenArbiter
 from support.firmware_build import build_tests
 from support.pairs import generator
 from support.screen import PADS, drawn_picture, expected_picture
@@ -45,9 +45,9 @@ class Chain(LiteXModule):
         self.vtg  = ClockDomainsRenamer(PIXEL_DOMAIN)(VideoTimingGenerator(TIMINGS))
         self.vfb  = VideoFrameBuffer(port, WIDTH, HEIGHT, fifo_depth=SCREEN_FIFO_BYTES, clock_domain=PIXEL_DOMAIN,
                                      format="mono8")
-        self.turns = ScreenTurns(self.vfb.dma, SCREEN_FIFO_BYTES//2)
-        self.port  = self.turns.add_gate(port, is_screen=True)
-        self.other = self.turns.add_gate(other, is_screen=False)
+        self.arbiter = ScreenArbiter(self.vfb.dma, SCREEN_FIFO_BYTES//2)
+        self.port    = self.arbiter.add_gate(port, is_screen=True)
+        self.other   = self.arbiter.add_gate(other, is_screen=False)
         self.comb += [
             self.vtg.source.connect(self.vfb.vtg_sink),
             self.vfb.source.connect(self.phy.sink),
