@@ -10,8 +10,6 @@ from litex.gen import *
 
 from litex.soc.interconnect import stream
 
-from . import *
-
 # Crossing -----------------------------------------------------------------------------------------
 
 class Crossing(LiteXModule):

@@ -9,7 +9,8 @@ from litex.gen import *
 
 from litex.soc.interconnect import stream
 
-from ..common import *
+from ..common        import *
+from ..engines.costs import *
 
 # Alignment ----------------------------------------------------------------------------------------
 

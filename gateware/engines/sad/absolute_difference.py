@@ -10,6 +10,7 @@ from litex.gen import *
 from litex.soc.interconnect import stream
 
 from ...common import *
+from ..costs   import *
 
 # Absolute Difference ------------------------------------------------------------------------------
 

@@ -10,6 +10,7 @@ from litex.gen import *
 from litex.soc.interconnect import stream
 
 from ...common import *
+from ..costs   import *
 
 BLOCK_RAM_BITS = 18 # Width of a block RAM of 1024 words, on the ECP5 and most others.
 

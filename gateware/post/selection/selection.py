@@ -12,11 +12,12 @@ from litex.gen import *
 
 from litex.soc.interconnect import stream
 
-from ...common   import *
-from .cost_delay import CostDelay
-from .subpixel   import Neighbours, Subpixel
-from .uniqueness import CostLimit, Uniqueness
-from .winner     import Winner
+from ...common        import *
+from ...engines.costs import *
+from .cost_delay      import CostDelay
+from .subpixel        import Neighbours, Subpixel
+from .uniqueness      import CostLimit, Uniqueness
+from .winner          import Winner
 
 # Verdict ------------------------------------------------------------------------------------------
 
