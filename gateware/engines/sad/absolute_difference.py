@@ -9,8 +9,9 @@ from litex.gen import *
 
 from litex.soc.interconnect import stream
 
-from ...common import *
-from ..costs   import *
+from ...common       import *
+from ..costs          import *
+from .difference_pair import difference_pair_layout
 
 # Absolute Difference ------------------------------------------------------------------------------
 
@@ -18,22 +19,19 @@ from ..costs   import *
 class AbsoluteDifference(LiteXModule):
     """|left(x) - right(x - d)| for all disparities d at once, of the row that enters and the row that leaves.
 
-    The right pixels wait in shift registers, one step per column. The lane behind the last disparity is the texture,
-    |left(x) - cap|. Only steps that have a cost come out.
+    The right pixels wait in shift registers, one stage per disparity. The lane after that of the last disparity is the
+    texture, |left(x) - cap|. Only steps that have a cost come out.
 
-    A lane has a bit more than a pixel: below the absolute difference, less one if the difference is negative, and above
-    that one. Who sums them adds it as the carry of an adder that is there anyway; here it would take one of its own.
+    A lane is a number with a carry (`with_carry`). The magnitude of a negative difference is its bits inverted, plus 1:
+    the inverted bits are the value, that 1 is the carry.
     """
     def __init__(self, parameters):
         bits, lanes = parameters.filtered_bits, parameters.lanes
-        self.sink   = stream.Endpoint(old_pair_layout(bits) + position_layout(parameters)) # Pipeline.
-        self.source = stream.Endpoint([
-            ("enter", lanes*(bits + 1)),
-            ("leave", lanes*(bits + 1)),
-        ] + position_layout(parameters))                                                   # Pipeline.
+        self.sink   = stream.Endpoint(positioned_pair_layout(parameters)) # Pipeline.
+        self.source = stream.Endpoint(difference_pair_layout(parameters)) # Pipeline: steps that have a cost.
 
         self.cap     = Signal(max=MAX_PREFILTER_CAP + 1) # Value of a filtered pixel without texture.
-        self.latency = 2
+        self.latency = 2                                 # Pixels, difference.
 
         # # #
 
@@ -52,8 +50,7 @@ class AbsoluteDifference(LiteXModule):
             if lanes > parameters.disparities:
                 rights.append(self.cap)
             for lane, right in zip(lanes_of(target, lanes), rights):
-                # Difference with its sign, then its magnitude: its bits, inverted if it is negative, lack that one.
                 difference = Signal(bits + 1, reset_less=True)
                 negative   = difference[-1]
                 self.sync += difference.eq(left - right)
-                self.comb += lane.eq(Cat(difference[:bits] ^ Replicate(negative, bits), negative))
+                self.comb += lane.eq(with_carry(difference[:bits] ^ Replicate(negative, bits), negative))

@@ -18,53 +18,21 @@ from ..costs   import *
 class BlockSum(LiteXModule):
     """Per lane, the sum of the last block_size column sums: the cost of the block that ends here.
 
-    A running sum along the row gains the newest column and loses the one block_size columns back, which comes from a
-    small ring memory. Arithmetic is modulo 2**cost_bits, so a cost is exact as soon as all of its columns are.
+    A sum along the row gains the newest column and loses the one block_size columns back, which comes from a small ring
+    memory. Arithmetic is modulo 2**cost_bits, so a cost is exact as soon as all of its columns are.
     """
     def __init__(self, parameters):
         in_bits, out_bits, lanes = parameters.column_bits, parameters.cost_bits, parameters.lanes
         self.sink   = stream.Endpoint(lanes_layout("sums",  in_bits,  parameters)) # Pipeline.
-        self.source = stream.Endpoint(lanes_layout("costs", out_bits, parameters)) # Pipeline.
+        self.source = stream.Endpoint(cost_layout(parameters))                     # Pipeline.
 
         self.block_size = Signal(max=parameters.max_block_size + 1) # Side of the block: columns of delay.
-        self.latency    = 3
+        self.latency    = 3                                         # Columns, change, cost.
 
         # # #
 
-        stages = pass_position(self, self.sink, self.source, self.latency)
-
-        # Ring of the last block_size columns.
-        # ------------------------------------
-        memory = Memory(lanes*in_bits, parameters.max_block_size, name="block_columns")
-        read   = memory.get_port(async_read=True)
-        write  = memory.get_port(write_capable=True, mode=READ_FIRST)
-        self.specials += memory, read, write
-
-        address       = Signal(max=parameters.max_block_size)
-        write_address = Signal(max=parameters.max_block_size)
-        sums          = Signal(lanes*in_bits, reset_less=True)
-        last          = Signal(max=parameters.max_block_size + 1)
-        self.comb += read.adr.eq(address)
-        columns       = Signal(lanes*in_bits, reset_less=True) # That leave the blocks.
-        self.sync += [
-            last.eq(self.block_size - 1),
-            If(self.sink.valid,
-                address.eq(address + 1),
-                # >=: the block size may have become smaller since the frame before.
-                If(address >= last,
-                    address.eq(0)
-                )
-            ),
-            write_address.eq(address),
-            sums.eq(self.sink.sums),
-            # A register that is reset takes no logic, a multiplexer behind it would.
-            columns.eq(Mux(self.sink.cost_old, read.dat_r, 0)),
-        ]
-        self.comb += [
-            write.adr.eq(write_address),
-            write.dat_w.eq(sums),
-            write.we.eq(stages[1].valid),
-        ]
+        stages        = pass_position(self, self.sink, self.source, self.latency)
+        sums, columns = self.add_ring(parameters, stages)
 
         # Lanes: change of the cost, then the cost.
         # -----------------------------------------
@@ -80,3 +48,37 @@ class BlockSum(LiteXModule):
             self.comb += start.eq(Mux(stages[2].cost_first, 0, result))
             self.sync += If(stages[2].valid, result.eq(start + sign_extended(change, out_bits)))
             self.comb += cost.eq(result)
+
+    def add_ring(self, parameters, stages):
+        """Ring of the last block_size columns; return the sums that enter the blocks and those that leave, at clock 1."""
+        bits   = parameters.lanes*parameters.column_bits
+        memory = Memory(bits, parameters.max_block_size, name="block_columns")
+        read   = memory.get_port(async_read=True)
+        write  = memory.get_port(write_capable=True, mode=READ_FIRST)
+        self.specials += memory, read, write
+
+        address       = Signal(max=parameters.max_block_size)
+        write_address = Signal(max=parameters.max_block_size)
+        sums          = Signal(bits, reset_less=True)
+        last          = Signal(max=parameters.max_block_size + 1)
+        self.comb += read.adr.eq(address)
+        columns       = Signal(bits, reset_less=True)
+        self.sync += [
+            last.eq(self.block_size - 1),
+            If(self.sink.valid,
+                address.eq(address + 1),
+                # >=: the block size may have become smaller since the frame before.
+                If(address >= last,
+                    address.eq(0)
+                )
+            ),
+            write_address.eq(address),
+            sums.eq(self.sink.sums),
+            columns.eq(only_if(self.sink.cost_old, read.dat_r)),
+        ]
+        self.comb += [
+            write.adr.eq(write_address),
+            write.dat_w.eq(sums),
+            write.we.eq(stages[1].valid),
+        ]
+        return sums, columns
