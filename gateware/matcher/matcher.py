@@ -16,7 +16,7 @@ from ..engines.sad.column_sum          import ColumnSum
 from ..post.border                     import Border
 from ..post.left_right.left_right      import LeftRight
 from ..post.median                     import Median
-from ..post.selection.selection        import Verdict
+from ..post.selection.selection        import Selection
 from .alignment                        import Alignment
 from .line_buffer                      import LineBuffer
 from .prefilter                        import Prefilter
@@ -85,7 +85,7 @@ class Matcher(LiteXModule):
         self.difference  = AbsoluteDifference(parameters)
         self.column_sum  = ColumnSum(parameters)
         self.block_sum   = BlockSum(parameters)
-        self.verdict     = Verdict(parameters)
+        self.selection   = Selection(parameters)
         self.fifo        = fifo = stream.SyncFIFO(winner_layout(parameters), depth=self.fifo_depth())
         self.checker     = LeftRight(parameters)
         self.border      = Border(parameters)
@@ -97,7 +97,7 @@ class Matcher(LiteXModule):
             self.comb += connect_pipeline(before.source, after.sink)
         self.comb += [
             self.sink.connect(self.raster.sink),
-            self.verdict.source.connect(fifo.sink, omit={"ready"}),
+            self.selection.source.connect(fifo.sink, omit={"ready"}),
             fifo.source.connect(self.checker.sink),
             self.checker.source.connect(self.border.sink),
             self.border.source.connect(self.filter.sink),
@@ -109,7 +109,7 @@ class Matcher(LiteXModule):
     def pipeline(self):
         """The cores between admission and FIFO, none of which ever stalls."""
         return [self.raster, self.prefilter, self.line_buffer, self.alignment, self.difference, self.column_sum,
-            self.block_sum, self.verdict]
+            self.block_sum, self.selection]
 
     def fifo_depth(self):
         """Room for all results under way."""

@@ -41,7 +41,7 @@ def matcher(make=Matcher) -> Proof:
         for _ in range(stage.latency):
             under.append(later(under[-1]))
         # Behind the last stage there are results alone.
-        complete, cost = (1, 1) if stage is core.verdict else (stage.source.complete, stage.source.cost)
+        complete, cost = (1, 1) if stage is core.selection else (stage.source.complete, stage.source.cost)
         result = stage.source.valid & complete
         proof.prove(f"{type(stage).__name__} passes each on, once", (result == under[-1]) & (~result | cost))
     inside_now = Signal(8)

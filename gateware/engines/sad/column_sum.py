@@ -56,7 +56,7 @@ class ColumnSum(LiteXModule):
             zero     = 2**(in_bits + 1) - 1 # Inverted, as all that leaves.
             entering = Signal(in_bits + 1, reset_less=True)
             leaving  = Signal(in_bits + 1, reset=zero, reset_less=True)
-            # An adder takes a carry as a bit below: 1 + carry gives the lowest bit of `change` and of `result`, unused.
+            # Both adders get their carry as the bit below the numbers: 1 + carry overflows into them.
             change   = Signal(in_bits + 2, reset_less=True)
             carry_in = Signal()
             result   = Signal(bits + 1, reset_less=True)

@@ -13,7 +13,10 @@ from ...common import *
 
 @ResetInserter()
 class CostDelay(LiteXModule):
-    """All costs of a block, as they were `latency` clocks ago: they wait here until their winner is known."""
+    """All costs of a block, as they were `latency` clocks ago: they wait here until their winner is known.
+
+    A memory makes the delay, which a reset does not clear.
+    """
     def __init__(self, parameters, latency):
         bits = parameters.disparities*parameters.cost_bits
         self.sink    = Signal(bits)                  # Costs.
@@ -22,7 +25,7 @@ class CostDelay(LiteXModule):
 
         # # #
 
-        # A ring memory of one word a clock: written a clock after it is read, with a register behind it.
+        # A ring memory, one word per clock: written a clock after it is read, with a register after it.
         depth = latency - 2
         check(depth >= 2, f"latency must be at least 4, not {latency}.")
         memory = Memory(bits, depth, name="costs")

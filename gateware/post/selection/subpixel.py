@@ -17,8 +17,8 @@ from ...common import *
 class Neighbours(LiteXModule):
     """The costs of the lanes beside the winner.
 
-    They are two lanes apart, so lanes whose numbers are equal modulo 4 share a multiplexer: never more than one of the
-    two is among them. At the ends of the range one of the neighbours is undefined.
+    The two are two lanes apart, so lanes whose numbers are equal modulo 4 share a multiplexer: at most one of the two is
+    among them. At the ends of the range one of the neighbours is undefined.
     """
     def __init__(self, parameters):
         lanes, bits = parameters.disparities, parameters.cost_bits
@@ -30,7 +30,7 @@ class Neighbours(LiteXModule):
             ("below", bits), # Cost of the lane below the winner's.
             ("above", bits), # Cost of the lane above.
         ])                   # Pipeline.
-        self.latency = 4
+        self.latency = 4         # Costs, one of four, one of those, below or above.
 
         # # #
 
@@ -40,7 +40,7 @@ class Neighbours(LiteXModule):
             below.eq(self.sink.index - 1),
             above.eq(self.sink.index + 1),
         ]
-        # A register first: the number of a lane reaches all costs.
+        # Register the costs: the lane index fans out to all of them.
         costs  = delayed(self, self.sink.costs, 1)
         chosen = []
         for bank in range(4):
@@ -48,14 +48,14 @@ class Neighbours(LiteXModule):
             number = Signal(max=len(values), reset_less=True)
             halves = []
             self.sync += number.eq(Mux(below[:2] == bank, below[2:], above[2:]))
-            # In two steps, of four lanes each and then of what they give.
+            # In two levels: one of four lanes, then one of those.
             for begin in range(0, len(values), 4):
                 half = Signal(bits, reset_less=True)
-                self.sync += Case(number[:2], {step: half.eq(values[begin + step]) for step in range(4)})
+                self.sync += Case(number[:2], {lane: half.eq(values[begin + lane]) for lane in range(4)})
                 halves.append(half)
             value = Signal(bits, reset_less=True)
             self.sync += Case(delayed(self, number[2:] if len(number) > 2 else Signal(), 1),
-                {step: value.eq(half) for step, half in enumerate(halves)} | {"default": value.eq(halves[-1])})
+                {part: value.eq(half) for part, half in enumerate(halves)} | {"default": value.eq(halves[-1])})
             chosen.append(value)
         for name, lane in [("below", below), ("above", above)]:
             self.sync += Case(delayed(self, lane[:2], 3),
@@ -70,29 +70,34 @@ QUOTIENT_BITS = 8 # Of the offset: 1/256 pixel, up to 128.
 class Subpixel(LiteXModule):
     """Disparity in sixteenths of a pixel, from the costs p and q below and above the winner's s.
 
-    cv2.StereoBM's offset is (p - q)*256/(p + q - 2*s + |p - q|), toward zero. As s is the smallest, that is
-    128*|p - q|/max(p - s, q - s) with a sign: at most 128, so a division of eight steps, a clock each. The winners at
-    the ends of the range keep their whole number of pixels.
+    cv2.StereoBM's offset is (p - q)*256/(p + q - 2*s + |p - q|), rounded toward zero. As s is the smallest, that is
+    128*|p - q|/max(p - s, q - s) with a sign: at most 128, so a division of eight steps, a clock each. Winners at the
+    ends of the range keep their whole number of pixels.
     """
     def __init__(self, parameters):
         bits, index_bits = parameters.cost_bits, parameters.index_bits
         self.sink = stream.Endpoint([
             ("index", index_bits), # Winning lane.
-            ("cost",  bits),       # Its cost, and those of the lanes below and above.
-            ("below", bits),
-            ("above", bits),
+            ("cost",  bits),       # Its cost s,
+            ("below", bits),       # p of the lane below,
+            ("above", bits),       # and q of the lane above.
         ])                         # Pipeline.
         self.source      = stream.Endpoint([("disparity", index_bits + DISPARITY_SHIFT)]) # Pipeline.
         self.disparities = Signal(max=parameters.disparities + 1)                         # Disparities in use.
-        self.enable      = Signal()                                                       # Or whole pixels.
-        self.latency     = QUOTIENT_BITS + 4
+        self.enable      = Signal()                                                       # 0: whole pixels.
+        self.latency     = 2 + QUOTIENT_BITS + 2                                          # Operands, division, sum.
 
         # # #
 
-        # Numerator and denominator, at clock 2.
-        # --------------------------------------
+        remainder, denominator, negative = self.add_operands(parameters)
+        quotient = self.add_division(parameters, remainder, denominator)
+        self.add_sum(index_bits, quotient, negative)
+
+    def add_operands(self, parameters):
+        """Return numerator and denominator, at clock 2, and whether the offset is negative, at clock 1."""
+        bits       = parameters.cost_bits
         rise, fall = [Signal(bits, reset_less=True) for _ in range(2)] # p - s, q - s
-        gap        = Signal((bits + 1, True), reset_less=True) # p - q
+        gap        = Signal((bits + 1, True), reset_less=True)         # p - q
         inside     = Signal()
         last       = Signal(parameters.index_bits)
         negative   = Signal()
@@ -118,31 +123,35 @@ class Subpixel(LiteXModule):
             ),
         ]
 
-        # Long division: a bit of the quotient a clock, the highest first.
-        # ----------------------------------------------------------------
+        return remainder, denominator, negative
+
+    def add_division(self, parameters, remainder, denominator):
+        """Return the quotient. Long division: a bit per clock, the highest first."""
+        bits     = parameters.cost_bits
         quotient = None
         for step in range(QUOTIENT_BITS):
-            difference = Signal(bits + 2)
-            taken      = Signal()
-            scaled     = Signal(bits + 1)
-            next_left  = Signal(bits, reset_less=True)
-            next_denom = Signal(bits, reset_less=True)
-            digits     = Signal(step + 1, reset_less=True)
-            # The first digit is that of 128: the remainder as it is; before each other one it is doubled.
+            difference       = Signal(bits + 2)
+            fits             = Signal()
+            scaled           = Signal(bits + 1)
+            next_remainder   = Signal(bits, reset_less=True)
+            next_denominator = Signal(bits, reset_less=True)
+            digits           = Signal(step + 1, reset_less=True)
+            # The first digit is that of 128 and compares the remainder as it is; each later one doubles it first.
             self.comb += [
                 scaled.eq(remainder if quotient is None else remainder << 1),
                 difference.eq(scaled - denominator),
-                taken.eq(~difference[-1] & (denominator != 0)),
+                fits.eq(~difference[-1] & (denominator != 0)),
             ]
             self.sync += [
-                next_left.eq(Mux(taken, difference[:bits], scaled[:bits])),
-                next_denom.eq(denominator),
-                digits.eq(taken if quotient is None else Cat(taken, quotient)),
+                next_remainder.eq(Mux(fits, difference[:bits], scaled[:bits])),
+                next_denominator.eq(denominator),
+                digits.eq(fits if quotient is None else Cat(fits, quotient)),
             ]
-            remainder, denominator, quotient = next_left, next_denom, digits
+            remainder, denominator, quotient = next_remainder, next_denominator, digits
+        return quotient
 
-        # Sum of whole and fraction, rounded as OpenCV does.
-        # --------------------------------------------------
+    def add_sum(self, index_bits, quotient, negative):
+        """Add the fraction to the whole pixels, rounded as OpenCV does."""
         index = delayed(self, self.sink.index, 2 + QUOTIENT_BITS)
         minus = delayed(self, negative, 1 + QUOTIENT_BITS)
         total = Signal(index_bits + QUOTIENT_BITS + 1, reset_less=True)

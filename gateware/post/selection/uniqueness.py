@@ -16,7 +16,10 @@ from ...common import *
 PERCENT = 100
 
 def reciprocal(divisor, largest):
-    """Factor and shift with x//divisor == x*factor >> shift for all x up to `largest` (Granlund and Montgomery, 1994)."""
+    """Return factor and shift such that x//divisor == x*factor >> shift for all x up to `largest`.
+
+    After Granlund and Montgomery, 1994.
+    """
     shift = divisor.bit_length()
     while True:
         factor = -(-2**shift//divisor)
@@ -32,11 +35,11 @@ class CostLimit(LiteXModule):
         self.sink    = stream.Endpoint([("cost",  bits)])     # Pipeline.
         self.source  = stream.Endpoint([("limit", bits + 1)]) # Pipeline.
         self.ratio   = Signal(max=MAX_UNIQUENESS_RATIO + 1)   # Uniqueness ratio in percent.
-        self.latency = 4
+        self.latency = 4                                      # Product, its parts, their sum, limit.
 
         # # #
 
-        # The product in quarters, so that what remains to be divided by is 25 and the factors are short.
+        # The product without its two lowest bits is to be divided by 25: that keeps the factors short.
         largest       = (2**bits - 1)*MAX_UNIQUENESS_RATIO
         product       = Signal(max=largest + 1, reset_less=True)
         quarters      = product[2:]
@@ -66,22 +69,22 @@ class Uniqueness(LiteXModule):
             ("costs", lanes*bits),
             ("index", parameters.index_bits), # Winning lane.
             ("limit", bits + 1),
-        ])                                           # Pipeline.
+        ])                                                  # Pipeline.
         self.source      = stream.Endpoint([("unique", 1)]) # Pipeline.
         self.disparities = Signal(max=lanes + 1)            # Disparities in use.
-        self.latency     = 3
+        self.latency     = 3                                # Cheap lanes, rivals of a group, all of them.
 
         # # #
 
-        # Lanes that are cheap enough to be a rival, and the winner, one bit a lane.
-        # --------------------------------------------------------------------------
+        # Lanes cheap enough to be a rival, and the winner, one bit per lane.
+        # -------------------------------------------------------------------
         cheap  = Signal(lanes, reset_less=True)
         winner = Signal(lanes, reset_less=True)
         used   = Signal(lanes//MIN_DISPARITIES)
         self.sync += [used[group].eq(self.disparities > MIN_DISPARITIES*group) for group in range(len(used))]
         for lane, cost in enumerate(lanes_of(self.sink.costs, lanes)):
             self.sync += [
-                # <, not <=: that would be an equality besides.
+                # `<` instead of `<=` saves the equality comparator.
                 cheap[lane].eq(~(self.sink.limit < cost) & used[lane//MIN_DISPARITIES]),
                 winner[lane].eq(self.sink.index == lane),
             ]

@@ -18,8 +18,8 @@ class Winner(LiteXModule):
     """Winner-takes-all: the disparity of the smallest cost, and of equal costs the largest disparity.
 
     A tree of comparators, a register after each level. The tie rule is cv2.StereoBM's, which scans from the largest
-    disparity down and keeps the first. Lanes from `disparities` up are out of use: their cost counts as all ones, more
-    than any block can cost.
+    disparity down and keeps the first. Lanes from `disparities` up are unused: their cost counts as all ones, more than
+    any block can cost.
     """
     def __init__(self, parameters):
         lanes, bits = parameters.disparities, parameters.cost_bits
@@ -30,12 +30,12 @@ class Winner(LiteXModule):
         ])                                    # Pipeline.
 
         self.disparities = Signal(max=lanes + 1) # Disparities in use.
-        self.latency     = 1 + log2_int(lanes, need_pow2=False)
+        self.latency     = 1 + log2_int(lanes, need_pow2=False) # The mask of unused lanes, and the levels of the tree.
 
         # # #
 
-        # Tree: in groups of 16 lanes first, and among the groups that are in use then.
-        # -----------------------------------------------------------------------------
+        # Tree: in groups of 16 lanes first, then among the groups in use.
+        # ----------------------------------------------------------------
         winners = []
         for group in range(0, lanes, MIN_DISPARITIES):
             lanes_here = lanes_of(self.sink.costs, lanes)[group:group + MIN_DISPARITIES]
@@ -55,13 +55,14 @@ class Winner(LiteXModule):
         ]
 
     def best(self, candidates):
-        """Cost and index of the best of some (cost, index), a register after each level of the tree."""
+        """Return cost and index of the best of some (cost, index), a register after each level of the tree."""
         while len(candidates) > 1:
             winners = []
             for (low_cost, low_index), (high_cost, high_index) in zip(candidates[0::2], candidates[1::2]):
-                cost  = Signal(len(low_cost), reset_less=True)
-                index = Signal(bits_for(high_index) if isinstance(high_index, int) else len(high_index), reset_less=True)
-                # <, not <=: that would be an equality besides.
+                index_bits = bits_for(high_index) if isinstance(high_index, int) else len(high_index)
+                cost       = Signal(len(low_cost), reset_less=True)
+                index      = Signal(index_bits, reset_less=True)
+                # `<` instead of `<=` saves the equality comparator.
                 self.sync += If(low_cost < high_cost,
                     cost.eq(low_cost),
                     index.eq(low_index)

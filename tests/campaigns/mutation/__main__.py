@@ -46,7 +46,7 @@ TESTS = {
     "stream_writer":       ["gateware/peripherals/test_stereo_peripheral.py"],
     "subpixel":            ["gateware/post/test_selection.py", "-k", "subpixel or neighbours"],
     "uniqueness":          ["gateware/post/test_selection.py", "-k", "uniqueness or cost_limit"],
-    "selection":           ["gateware/post/test_selection.py", "-k", "test_verdict"],
+    "selection":           ["gateware/post/test_selection.py", "-k", "whole_selection"],
     "vote_row":            ["gateware/post/test_left_right.py"],
     "winner":              ["gateware/post/test_selection.py", "-k", "winner"],
 }

@@ -17,7 +17,7 @@ from litestereo.gateware.engines.sad.column_sum import ColumnSum
 from litestereo.gateware.matcher.alignment import Alignment
 from litestereo.gateware.matcher.line_buffer import LineBuffer
 from litestereo.gateware.matcher.prefilter import Prefilter
-from litestereo.gateware.post.selection.selection import Verdict
+from litestereo.gateware.post.selection.selection import Selection
 from litestereo.gateware.post.selection.subpixel import Neighbours, Subpixel
 from litestereo.gateware.post.selection.uniqueness import CostLimit, Uniqueness
 from litestereo.gateware.post.selection.winner import Winner
@@ -29,7 +29,7 @@ RAW   = MatcherParameters(max_width=100, disparities=48, max_block_size=9, featu
 
 
 @pytest.mark.parametrize("core", [Prefilter, LineBuffer, Alignment, AbsoluteDifference, ColumnSum, BlockSum, Winner,
-                                  CostLimit, Uniqueness, Neighbours, Subpixel, Verdict])
+                                  CostLimit, Uniqueness, Neighbours, Subpixel, Selection])
 @pytest.mark.parametrize("built", [BUILT, RAW], ids=["everything", "raw"])
 def test_latency(core, built):
     """An item comes out as many clocks after it went in as the core says."""

@@ -15,7 +15,7 @@ from litex.soc.interconnect import stream
 from litestereo.gateware.common import delayed
 from litestereo.gateware.common.parameters import FEATURES, MatcherParameters
 from litestereo.gateware.post.selection.cost_delay import CostDelay
-from litestereo.gateware.post.selection.selection import Verdict
+from litestereo.gateware.post.selection.selection import Selection
 from litestereo.gateware.post.selection.subpixel import Neighbours, Subpixel
 from litestereo.gateware.post.selection.uniqueness import CostLimit, Uniqueness, reciprocal
 from litestereo.gateware.post.selection.winner import Winner
@@ -164,12 +164,12 @@ FEATURE_SETS = [FEATURES, ["raw"], ["xsobel", "texture"], ["raw", "uniqueness"],
 
 @pytest.mark.parametrize("features", FEATURE_SETS, ids="-".join)
 @pytest.mark.parametrize("valid", [1.0, 0.4])
-def test_verdict(features, valid):
+def test_whole_selection(features, valid):
     """Everything at once, with whatever is built; only complete blocks come out."""
     rng   = generator(14, len(features))
     built = parameters(32, features)
     most  = built.max_block_size**2*built.largest_pixel
-    bench = CoreBench(Verdict(built), ["disparities", "texture_threshold", "uniqueness_ratio", "subpixel"])
+    bench = CoreBench(Selection(built), ["disparities", "texture_threshold", "uniqueness_ratio", "subpixel"])
     for used, threshold, ratio, fine in [(32, 0, 0, 1), (16, 200, 10, 1), (32, 60, 100, 0), (32, 2**20 - 1, 1, 1)]:
         costs    = drawn_costs(rng, 400, 32, most)
         texture  = rng.choice([0, 59, 60, 199, 200, most], len(costs))
