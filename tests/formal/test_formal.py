@@ -142,7 +142,8 @@ def test_a_fault_is_found(fault: str) -> None:
 
 CREDITS = {
     "left-right check": (
-        left_right, "left_right", "LeftRight", "FIFO_DEPTH - check.latency - 2", "FIFO_DEPTH - check.latency + 2", 12),
+        left_right, "left_right", "LeftRight", "FIFO_DEPTH - second_pass.latency - 2",
+        "FIFO_DEPTH - second_pass.latency + 2", 12),
     "winners": (matcher, "matcher", "Matcher", "used < fifo.depth - 4", "used < fifo.depth - 2", 6),
 }
 

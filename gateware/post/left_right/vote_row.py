@@ -14,33 +14,40 @@ from ...common import *
 # Vote Row -----------------------------------------------------------------------------------------
 
 def item(endpoint, layout):
-    """The fields of `layout` as one number."""
+    """Return the fields of `layout` as one number."""
     return Cat(*[getattr(endpoint, name) for name, *_ in layout])
 
 @ResetInserter()
 class VoteRow(LiteXModule):
-    """For each column of a row of the right image the cheapest winner that leads to it.
+    """For each column of a row of the right image, the cheapest winner that leads to it.
 
-    Two turns, by `voting`. In the first winners vote, one a clock: the smallest cost keeps a column, the first of equal
-    ones. In the second, columns are looked up and forgotten, two a clock of each: an even one and an odd one, which
-    have a memory each.
+    While `voting` is 1 winners vote, one per clock: the smallest cost keeps a column, and of equal costs the first.
+    While it is 0, columns are looked up and forgotten, two of each per clock: an even one and an odd one, each kind in a
+    memory of its kind. What a memory holds outlives a reset: `LeftRight` wipes it when a frame begins.
     """
     def __init__(self, parameters):
-        layout = winner_layout(parameters)
-        bits   = sum(width for _, width in layout)
-        depth  = (parameters.max_width + 1)//2
-        column_bits  = bits_for(parameters.max_width - 1)
-        self.voting  = Signal()                                               # Whose turn it is.
-        self.vote    = stream.Endpoint(layout + [("column", column_bits)])    # Pipeline.
-        self.look_up = [Signal(max=depth, name="even"), Signal(max=depth, name="odd")] # Columns, halved.
-        self.holds   = [stream.Endpoint(layout), stream.Endpoint(layout)]     # Their winners, two clocks later.
-        self.clear   = Signal()                                               # Forget a pair of columns.
-        self.pair    = Signal(max=depth)                                      # Its number.
+        layout      = winner_layout(parameters)
+        bits        = sum(width for _, width in layout)
+        depth       = (parameters.max_width + 1)//2
+        column_bits = bits_for(parameters.max_width - 1)
+        self.voting      = Signal()                                            # Winners vote; else they are looked up.
+        self.vote        = stream.Endpoint(layout + [("column", column_bits)]) # Pipeline.
+        self.look_up     = [Signal(max=depth, name="even"), Signal(max=depth, name="odd")] # Columns, halved.
+        self.holds       = [stream.Endpoint(layout), stream.Endpoint(layout)]  # Their winners, two clocks later.
+        self.clear       = Signal()                                            # Forget a column pair.
+        self.column_pair = Signal(max=depth)                                   # Its number.
 
         # # #
 
-        # A vote on its way, and what the two votes before it have written: they are not in memory yet.
-        # ---------------------------------------------------------------------------------------------
+        writing, written, stored = self.add_vote(layout, bits)
+        data = self.add_memories(layout, bits, depth, writing, written)
+        self.comb += stored.eq(Mux(writing.column[0], data[1], data[0]))
+
+    def add_vote(self, layout, bits):
+        """Compare a vote with what its column holds; return the vote, what is written, and what memory holds.
+
+        The two votes before it are not in memory yet.
+        """
         next_vote = stream.Endpoint(self.vote.description)
         writing   = stream.Endpoint(self.vote.description)
         for before, after in [(self.vote, next_vote), (next_vote, writing)]:
@@ -55,9 +62,26 @@ class VoteRow(LiteXModule):
             same.eq((next_vote.column == writing.column) & writing.valid),
             same_last.eq((next_vote.column == last_column) & last_valid),
         ]
+        stored = Signal(bits) # What memory holds,
+        held   = Signal(bits) # and with those two votes.
+        holds  = stream.Endpoint(layout)
+        wins   = Signal()
+        self.comb += [
+            If(same,
+                held.eq(previous)
+            ).Elif(same_last,
+                held.eq(delayed(self, previous, 1))
+            ).Else(
+                held.eq(stored)
+            ),
+            item(holds, layout).eq(held),
+            wins.eq(writing.found & (~holds.found | (writing.cost < holds.cost))),
+            written.eq(Mux(wins, item(writing, layout), held)),
+        ]
+        return writing, written, stored
 
-        # Memories.
-        # ---------
+    def add_memories(self, layout, bits, depth, writing, written):
+        """Memories of even and of odd columns; return what they show."""
         data = []
         for parity in range(2):
             memory = Memory(bits, depth, name=f"votes_{('even', 'odd')[parity]}")
@@ -67,26 +91,9 @@ class VoteRow(LiteXModule):
             data.append(delayed(self, read.dat_r, 1))
             self.comb += [
                 read.adr.eq(Mux(self.voting, self.vote.column[1:], self.look_up[parity])),
-                write.adr.eq(Mux(self.voting, writing.column[1:], self.pair)),
+                write.adr.eq(Mux(self.voting, writing.column[1:], self.column_pair)),
                 write.dat_w.eq(Mux(self.voting, written, 0)),
                 write.we.eq(Mux(self.voting, writing.valid & (writing.column[0] == parity), self.clear)),
                 item(self.holds[parity], layout).eq(data[parity]),
             ]
-
-        # The vote against what its column holds.
-        # ---------------------------------------
-        held  = Signal(bits)
-        holds = stream.Endpoint(layout)
-        wins  = Signal()
-        self.comb += [
-            If(same,
-                held.eq(previous)
-            ).Elif(same_last,
-                held.eq(delayed(self, previous, 1))
-            ).Else(
-                held.eq(Mux(writing.column[0], data[1], data[0]))
-            ),
-            item(holds, layout).eq(held),
-            wins.eq(writing.found & (~holds.found | (writing.cost < holds.cost))),
-            written.eq(Mux(wins, item(writing, layout), held)),
-        ]
+        return data
