@@ -15,16 +15,17 @@ from ..common import *
 
 @ResetInserter()
 class Border(LiteXModule):
-    """Lay the winners of the valid region into a frame of invalid pixels, in raster order.
+    """Put the winners of the valid region into a frame of invalid pixels, in raster order.
 
     The valid region is cv2.StereoBM's: rows [k, height - k), columns [min_disparity + disparities - 1 + k, width - k) with
-    k = block_size // 2; what is outside of it, or has no disparity, is (min_disparity - 1) pixels. A frame runs from
-    `begin` (one clock) to its last pixel; the settings must not change meanwhile.
+    k = block_size // 2. A pixel outside of it, or without a disparity, is invalid: its value is (min_disparity - 1)
+    pixels. A frame lasts from `begin` (one clock) to its last pixel; the settings must not change meanwhile.
     """
     def __init__(self, parameters):
         max_width, max_height = parameters.max_width, parameters.max_height
-        self.sink   = stream.Endpoint(winner_layout(parameters)) # Winners of the valid region only.
-        self.source = stream.Endpoint(disparity_layout())        # Whole map.
+        self.sink    = stream.Endpoint(winner_layout(parameters)) # Winners of the valid region only.
+        self.source  = stream.Endpoint(disparity_layout())        # Whole map.
+        self.latency = None                                       # Adds the pixels of the border.
 
         self.width         = Signal(max=max_width + 1)                 # Columns of the frame.
         self.height        = Signal(max=max_height + 1)                # Rows of the frame.
@@ -36,28 +37,42 @@ class Border(LiteXModule):
 
         # # #
 
+        column, row, last, inside = self.add_position(parameters)
+
+        # Map.
+        # ----
+        smallest = Signal(DISPARITY_BITS) # Of a winner, sixteenths of a pixel.
+        invalid  = Signal(DISPARITY_BITS)
+        self.sync += [
+            smallest.eq(self.min_disparity << DISPARITY_SHIFT),
+            invalid.eq(smallest - (1 << DISPARITY_SHIFT)),
+        ]
+        self.comb += [
+            self.source.valid.eq(self.busy & (~inside | self.sink.valid)),
+            self.source.first.eq((column == 0) & (row == 0)),
+            self.source.last.eq(last),
+            self.source.disparity.eq(Mux(inside & self.sink.found, smallest + self.sink.disparity, invalid)),
+            self.sink.ready.eq(self.busy & inside & self.source.ready),
+        ]
+
+    def add_position(self, parameters):
+        """Return column and row of the pixel, whether it is the last, and whether it is inside the valid region."""
+        max_width, max_height = parameters.max_width, parameters.max_height
         # Edges of the valid region, registered: the settings are stable before the first comparison counts.
-        # --------------------------------------------------------------------------------------------------
         margin       = self.block_size[1:]
         last_column  = Signal(max=max_width)
         last_row     = Signal(max=max_height)
         column_begin = Signal(max=parameters.disparities + MAX_MIN_DISPARITY + parameters.max_block_size)
         column_end   = Signal(max=max_width + 1)
         row_end      = Signal(max=max_height + 1)
-        smallest     = Signal(DISPARITY_BITS)
-        invalid      = Signal(DISPARITY_BITS)
         self.sync += [
             last_column.eq(self.width  - 1),
             last_row.eq(self.height - 1),
             column_begin.eq(self.min_disparity + self.disparities + margin - 1),
             column_end.eq(self.width  - margin),
             row_end.eq(self.height - margin),
-            smallest.eq(self.min_disparity << DISPARITY_SHIFT),
-            invalid.eq(smallest - (1 << DISPARITY_SHIFT)),
         ]
 
-        # Position.
-        # ---------
         column    = Signal(max=max_width)
         row       = Signal(max=max_height)
         last      = Signal()
@@ -85,13 +100,4 @@ class Border(LiteXModule):
                 row.eq(0)
             ),
         ]
-
-        # Map.
-        # ----
-        self.comb += [
-            self.source.valid.eq(self.busy & (~inside | self.sink.valid)),
-            self.source.first.eq((column == 0) & (row == 0)),
-            self.source.last.eq(last),
-            self.source.disparity.eq(Mux(inside & self.sink.found, smallest + self.sink.disparity, invalid)),
-            self.sink.ready.eq(self.busy & inside & self.source.ready),
-        ]
+        return column, row, last, inside

@@ -13,7 +13,7 @@ from migen import If, Mux, Signal
 from litestereo.gateware.common.parameters import MatcherParameters
 from litestereo.gateware.post.border import Border
 from litestereo.gateware.post.left_right.left_right import LeftRight
-from litestereo.gateware.post.median import Median
+from litestereo.gateware.post.median import PIPELINE_CLOCKS, Median
 
 from .proof import Proof, inside
 from .streams import feed, raster_position, sound, stays, taken
@@ -103,7 +103,7 @@ def median(make=Median) -> Proof:
     settings(proof, core, "width", "height", "median")
     proof.assume("a frame begins when none is under way", ~core.begin | ~core.busy)
     proof.reach("a result gets through", core.median & taken(core.source))
-    bounded(proof, core, inside(core, "gives")[0], core.latency)
+    bounded(proof, core, inside(core, "gives")[0], PIPELINE_CLOCKS)
     return proof
 
 
