@@ -16,18 +16,17 @@ from ..engines.costs import *
 
 @ResetInserter()
 class Alignment(LiteXModule):
-    """Delay both images within the row, so that the smallest disparity meets in the same step.
+    """Delay both images within the row, so that the pixels of the smallest disparity meet in one step.
 
-    The right image is late by min_disparity columns, and where ``late`` is set by `outer` more; the left one by `outer`
-    columns. The last columns of each wait in a ring memory.
+    The left image is delayed by `outer` columns, the right one by min_disparity columns, and by `outer` more where
+    ``late`` is set. The last columns of each wait in a ring memory.
     """
     def __init__(self, parameters):
-        bits = parameters.filtered_bits
-        self.sink   = stream.Endpoint(old_pair_layout(bits) + position_layout(parameters)) # Pipeline.
-        self.source = stream.Endpoint(old_pair_layout(bits) + position_layout(parameters)) # Pipeline.
+        self.sink   = stream.Endpoint(positioned_pair_layout(parameters)) # Pipeline.
+        self.source = stream.Endpoint(positioned_pair_layout(parameters)) # Pipeline.
 
-        self.min_disparity = Signal(max=MAX_MIN_DISPARITY + 1)        # Columns that the right image is late.
-        self.outer         = Signal(max=max(parameters.outer, 1) + 1) # Columns that both are.
+        self.min_disparity = Signal(max=MAX_MIN_DISPARITY + 1)        # Delay of the right image, columns.
+        self.outer         = Signal(max=max(parameters.outer, 1) + 1) # Delay of both images, columns.
 
         # # #
 
@@ -38,24 +37,24 @@ class Alignment(LiteXModule):
             self.comb += connect_pipeline(self.sink, self.source)
             return
 
-        self.latency = 4
-        stages       = pass_position(self, self.sink, self.source, self.latency)
-        column       = Signal(bits_for(right_delay)) # Of this step, modulo the depth of the ring.
-        behind_left  = Signal(len(column))
-        behind_right = Signal(len(column))
+        self.latency = 4 # Pixels, read address, memory, its register.
+        stages        = pass_position(self, self.sink, self.source, self.latency)
+        column        = Signal(bits_for(right_delay)) # Of this step, modulo the depth of the ring.
+        left_columns  = Signal(len(column))
+        right_columns = Signal(len(column))
         self.sync += [
             If(self.sink.valid,
                 column.eq(column + 1)
             ),
-            behind_left.eq(self.outer),
-            behind_right.eq(self.min_disparity + Mux(self.sink.late, self.outer, 0)),
+            left_columns.eq(self.outer),
+            right_columns.eq(self.min_disparity + Mux(self.sink.late, self.outer, 0)),
         ]
         here = delayed(self, column, 1)
-        self.add_ring("left",  left_delay,  stages, here, behind_left)
-        self.add_ring("right", right_delay, stages, here, behind_right)
+        self.add_ring("left",  left_delay,  stages, here, left_columns)
+        self.add_ring("right", right_delay, stages, here, right_columns)
 
-    def add_ring(self, side, longest, stages, column, behind):
-        """Delay of one image, the row that enters and the one that leaves: written at clock 1, read at clock 2."""
+    def add_ring(self, side, longest, stages, column, delay):
+        """Delay one image, both the row that enters and the one that leaves: written at clock 1, read at clock 2."""
         names  = [side, f"{side}_old"]
         new    = Cat(*[getattr(self.sink,   name) for name in names])
         output = Cat(*[getattr(self.source, name) for name in names])
@@ -78,6 +77,6 @@ class Alignment(LiteXModule):
             output.eq(out_register),
         ]
         self.sync += [
-            read_address.eq(column - behind),
+            read_address.eq(column - delay),
             out_register.eq(read.dat_r),
         ]

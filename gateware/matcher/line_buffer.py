@@ -18,17 +18,17 @@ from ..engines.costs import *
 class LineBuffer(LiteXModule):
     """Add to each pixel pair the pair block_size rows above it: the one that leaves the block.
 
-    One memory serves both images as a ring of exactly width x block_size pairs: what is read at a place, just
-    before the new pair is written there, is block_size rows old. The block size thus costs depth, not logic. Where
-    ``row_old`` is 0 the old pixels are whatever the memory holds.
+    One memory serves both images as a ring of exactly width x block_size pairs: what is read at an address, just before
+    the new pair is written there, is block_size rows old. So a larger block costs depth, not logic. Where ``row_old`` is 0
+    the old pixels are undefined.
     """
     def __init__(self, parameters):
         bits = parameters.filtered_bits
         self.sink   = stream.Endpoint(pixel_pair_layout(bits) + position_layout(parameters)) # Pipeline.
-        self.source = stream.Endpoint(old_pair_layout(bits)   + position_layout(parameters)) # Pipeline.
+        self.source = stream.Endpoint(positioned_pair_layout(parameters))                    # Pipeline.
 
         self.block_size = Signal(max=parameters.max_block_size + 1) # Side of the block: rows of delay.
-        self.latency    = 2
+        self.latency    = 2                                         # Memory, its register.
 
         # # #
 
@@ -81,8 +81,8 @@ class LineBuffer(LiteXModule):
             write.we.eq(stages[1].valid & stages[1].pixel),
         ]
 
-        # Output register behind the memory.
-        # ----------------------------------
+        # Output register after the memory.
+        # ---------------------------------
         self.sync += [
             Cat(self.source.left,     self.source.right).eq(pair),
             Cat(self.source.left_old, self.source.right_old).eq(read.dat_r),

@@ -18,8 +18,8 @@ from ..engines.costs import *
 class Prefilter(LiteXModule):
     """Horizontal 3x3 Sobel filter, clipped to +-cap and shifted to 0 to 2*cap; or the grey values as they are.
 
-    It is cv2.StereoBM's PREFILTER_XSOBEL: above the first row stands the second, below the last one the last but one;
-    the first and the last column are cap, and so is the last row if their number is odd.
+    It is cv2.StereoBM's PREFILTER_XSOBEL: the second row also counts as the one above the first, the last but one also as
+    the one below the last. The first and the last column are cap, and so is the last row if the number of rows is odd.
 
     The pixel that comes in is one row below and one column to the right of the one that goes out; two rows wait in a
     memory. A core that is built without the filter only passes pixels on.
@@ -36,26 +36,27 @@ class Prefilter(LiteXModule):
         # # #
 
         if "xsobel" in parameters.features:
-            self.latency = 7
+            self.latency = 2 + 3 + 2 # Memory and its register, slope, clip.
             self.add_filter(parameters)
         else:
             self.latency = 0
             self.comb += connect_pipeline(self.sink, self.source)
 
     def add_filter(self, parameters):
+        """Filter both images: three rows from memory at clock 2, their slope at clock 5, clipped at clock 7."""
         stages = pass_position(self, self.sink, self.source, self.latency)
 
         # Memory of the two rows above, a word of both images and both rows per column.
         # -----------------------------------------------------------------------------
         pair_bits = 2*PIXEL_BITS
-        memory = Memory(2*pair_bits, parameters.max_width, name="prefilter_rows")
-        read   = memory.get_port(mode=READ_FIRST)
-        write  = memory.get_port(write_capable=True, mode=READ_FIRST)
+        memory    = Memory(2*pair_bits, parameters.max_width, name="prefilter_rows")
+        read      = memory.get_port(mode=READ_FIRST)
+        write     = memory.get_port(write_capable=True, mode=READ_FIRST)
         self.specials += memory, read, write
-        pair     = Signal(pair_bits)     # Row that comes in, at clock 1.
-        middle   = Signal(pair_bits)     # Row that goes out, and the one above it, at clock 2.
-        above    = Signal(pair_bits)
-        new_pair = Signal(pair_bits)
+        pair     = Signal(pair_bits) # Row that comes in, at clock 1,
+        new_pair = Signal(pair_bits) # and at clock 2.
+        middle   = Signal(pair_bits) # Row that goes out, at clock 2,
+        above    = Signal(pair_bits) # and the one above it.
         self.comb += read.adr.eq(self.sink.column)
         self.sync += [
             pair.eq(Cat(self.sink.left, self.sink.right)),
@@ -71,7 +72,7 @@ class Prefilter(LiteXModule):
 
         # A filter for each image.
         # ------------------------
-        edge = Signal() # Where there is nothing to filter.
+        edge = Signal() # This pixel is not filtered.
         last = stages[self.latency - 1]
         self.comb += edge.eq(last.pixel_first | last.pixel_last | last.row_flat)
         for side in range(2):
@@ -81,8 +82,8 @@ class Prefilter(LiteXModule):
             self.add_clip(raw, slope, edge, output)
 
     def add_slope(self, stages, below, middle, above):
-        """Raw pixel and its slope (11 bits, signed) from the three rows at clock 2: both are there at clock 5."""
-        # Rows that do not exist, then their weighted sum, at clock 4.
+        """Return raw pixel and slope (11 bits, signed) at clock 5, from the three rows at clock 2."""
+        # Rows beyond the edge, then the weighted sum of all three, at clock 4.
         outer_rows = Signal(PIXEL_BITS + 1)
         inner_row  = Signal(PIXEL_BITS)
         smooth     = Signal(PIXEL_BITS + 2)
@@ -91,7 +92,7 @@ class Prefilter(LiteXModule):
             inner_row.eq(middle),
             smooth.eq(outer_rows + (inner_row << 1)),
         ]
-        # The columns before, kept as long as no new one comes.
+        # The two columns before, kept until a new one comes.
         before, middle_column, pixel = Signal.like(smooth), Signal.like(smooth), Signal(PIXEL_BITS)
         raw                          = Signal(PIXEL_BITS)
         slope                        = Signal((PIXEL_BITS + 3, True))

@@ -54,28 +54,25 @@ def raster(make=Raster) -> Proof:
     proof.prove("a result has a cost", ~(core.source.valid & core.source.complete) | core.source.cost)
     proof.reach("a row is taken", row == 1)
     # For the induction.
-    own   = {name: inside(core, name)[0] for name in
-             ("slot", "row", "row_in", "column_in")}
-    own |= dict(zip(("take_last", "row_take", "slot_last", "row_last"), inside(core, "signal"), strict=False))
+    limits = core.thresholds
+    step_index, own_row, row_takes, column_takes = (
+        inside(core, name)[0] for name in ("step_index", "row", "row_takes", "column_takes"))
     proof.prove("thresholds are right", (clocks != SETTLE) | (
-        (own["take_last"] == width - 1) & (own["row_take"] == height - 1)
-        & (own["slot_last"] == width - 1 + SMALL.ahead) & (own["row_last"] == height - 1 + SMALL.ahead)))
-    ahead, settings = SMALL.ahead, inside(core, "signal")
-    first, complete, row_complete = (settings[n] for n in (7, 10, 12))
-    sums = [Signal(12) for _ in range(3)]
+        (limits.take_last == width - 1) & (limits.take_last_row == height - 1)
+        & (limits.step_last == width - 1 + SMALL.ahead) & (limits.row_last == height - 1 + SMALL.ahead)))
+    first = limits.cost_first
+    sums  = [Signal(12) for _ in range(3)]
     proof.comb += [total.eq(value) for total, value in zip(sums, (
-        values["disparities"] + values["min_disparity"] + ahead - 1, first + values["block_size"] - 1,
-        values["block_size"] + ahead - 1), strict=True)]
+        values["disparities"] + values["min_disparity"] + SMALL.ahead - 1, first + values["block_size"] - 1,
+        values["block_size"] + SMALL.ahead - 1), strict=True)]
     proof.prove("so are those of a result", (clocks != SETTLE) | (
-        (first == sums[0]) & (complete == sums[1]) & (row_complete == sums[2])))
+        (first == sums[0]) & (limits.complete == sums[1]) & (limits.row_complete == sums[2])))
     proof.prove("settled", ~running | (clocks == SETTLE))
-    proof.prove("the slot is in the row", ~running | ((own["slot"] <= own["slot_last"])
-                                                               & (own["row"] <= own["row_last"])))
-    proof.prove("pairs come in the row's first slots", ~running | (own["column_in"] == (own["slot"] < width)))
-    proof.prove("and the frame's first rows", ~running | (own["row_in"] == (own["row"] < height)))
-    ended = own["row_in"] & ~own["column_in"]
-    proof.prove("the column is the slot", ~running | ~own["row_in"] | ended | ((column == own["slot"])
-                                                                            & (row == own["row"])))
-    proof.prove("then the next row's first", ~running | ~ended | ((column == 0) & (row == own["row"] + 1)))
-    proof.prove("behind the last row none", ~running | own["row_in"] | ((column == 0) & (row == height)))
+    proof.prove("the step is in the row", ~running | ((step_index <= limits.step_last) & (own_row <= limits.row_last)))
+    proof.prove("pairs come in the row's first steps", ~running | (column_takes == (step_index < width)))
+    proof.prove("and the frame's first rows", ~running | (row_takes == (own_row < height)))
+    ended = row_takes & ~column_takes
+    proof.prove("the column is the step", ~running | ~row_takes | ended | ((column == step_index) & (row == own_row)))
+    proof.prove("then the next row's first", ~running | ~ended | ((column == 0) & (row == own_row + 1)))
+    proof.prove("after the last row none", ~running | row_takes | ((column == 0) & (row == height)))
     return proof

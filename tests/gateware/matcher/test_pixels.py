@@ -7,10 +7,13 @@
 
 from __future__ import annotations
 
+import inspect
+
 import numpy as np
 import pytest
 
 from litestereo.gateware.engines.sad.absolute_difference import AbsoluteDifference
+from litestereo.gateware.matcher import raster
 from litestereo.gateware.matcher.alignment import Alignment
 from litestereo.gateware.matcher.line_buffer import LineBuffer
 from litestereo.gateware.matcher.prefilter import Prefilter
@@ -55,6 +58,24 @@ def test_raster(valid):
         for name in ("left", "right"):
             assert np.array_equal(out[name][place["take"] == 1], pixels[name][:width*height])
         bench.core.reset()
+
+
+def test_drawn_frame():
+    """The frame that is drawn in the docstring of `Raster` is the one that the steps have, and so is its example."""
+    place = steps(5, 4, 2, 3)
+    step  = place["column"]
+    row   = np.arange(len(step))//6
+
+    def cell(number):
+        pair  = f"{row[number]}{step[number]}" if place["take"][number] else "--"
+        pixel = f"{row[number] - 1}{step[number] - 1}" if place["pixel"][number] else "--"
+        return f"{number:2} {pair}/{pixel}"
+
+    drawn = inspect.getsource(raster)
+    for line in range(5):
+        assert f"row {line}     " + "   ".join(cell(6*line + column) for column in range(6)) + "\n" in drawn
+    assert np.array_equal(place["cost"], (step >= 2) & (row >= 1))
+    assert np.flatnonzero(place["complete"])[0] == 22 and "in step 22." in drawn
 
 
 def test_raster_heeds_credit():
