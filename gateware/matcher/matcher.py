@@ -3,24 +3,33 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
+from types import SimpleNamespace
+
 from migen import *
 
 from litex.gen import *
 
 from litex.soc.interconnect import stream
 
-from ..common                          import *
-from ..engines.sad.absolute_difference import AbsoluteDifference
-from ..engines.sad.block_sum           import BlockSum
-from ..engines.sad.column_sum          import ColumnSum
-from ..post.border                     import Border
-from ..post.left_right.left_right      import LeftRight
-from ..post.median                     import Median
-from ..post.selection.selection        import Selection
-from .alignment                        import Alignment
-from .line_buffer                      import LineBuffer
-from .prefilter                        import Prefilter
-from .raster                           import Raster
+from ..common                     import *
+from ..engines.costs              import check_engine
+from ..engines.sad.sad_engine     import SADEngine
+from ..post.border                import Border
+from ..post.left_right.left_right import LeftRight
+from ..post.median                import Median
+from ..post.selection.selection   import Selection
+from .alignment                   import Alignment
+from .line_buffer                 import LineBuffer
+from .prefilter                   import Prefilter
+from .raster                      import Raster
+
+# Steps that the count of results does not show yet: one each in the two registers of the raster, in the count and in the
+# credit.
+UNCOUNTED_STEPS = 2 + 1 + 1
+
+# From the first pixel pair of a frame to its begin: the held settings, a threshold that is derived from another one
+# (`right_last` of `Raster`), and three to spare.
+SETTLE_CLOCKS = 1 + 2 + 3
 
 # Settings -----------------------------------------------------------------------------------------
 
@@ -47,10 +56,16 @@ def matcher_settings(parameters):
 
 @ResetInserter()
 class Matcher(LiteXModule):
-    """Block matcher after cv2.StereoBM: a stream of pixel pairs in, a disparity map out, one pixel per clock.
+    """Stereo matcher after cv2.StereoBM: a stream of pixel pairs in, a disparity map out, one pixel per clock.
 
-    All disparities are computed in parallel. Between admission (`Raster`) and the winners' FIFO nothing stalls; the FIFO
-    has room for every result that is under way.
+    It consists of
+
+    - the front: `Raster` admits pixel pairs and gives them a position, then prefilter, line buffer and alignment;
+    - the engine: positioned pairs in, costs of all disparities out (`add_engine`);
+    - the post: `Selection` of a winner into a FIFO; left-right check, border and median make the map;
+    - the shell around them: credit, settings and the frame.
+
+    Between admission and the winners' FIFO nothing stalls; the FIFO has room for every result that is under way.
 
     A frame begins with the first pixel pair that is valid while the matcher is idle and ends when the last pixel of the
     map has left. Settings are taken over at its begin and stay until its end. They must be legal: disparities a multiple of
@@ -65,8 +80,8 @@ class Matcher(LiteXModule):
     """
     def __init__(self, max_width=640, max_height=MAX_HEIGHT, disparities=64, max_block_size=9, features=FEATURES):
         self.parameters = parameters = MatcherParameters(max_width, max_height, disparities, max_block_size, features)
-        self.sink       = stream.Endpoint(pixel_pair_layout()) # Rectified pixel pairs, width x height of them a frame.
-        self.source     = stream.Endpoint(disparity_layout())  # Disparity map, width x height pixels a frame.
+        self.sink       = stream.Endpoint(pixel_pair_layout()) # Rectified pixel pairs, width x height per frame.
+        self.source     = stream.Endpoint(disparity_layout())  # Disparity map, width x height pixels per frame.
 
         for name, bits, reset, *_ in matcher_settings(parameters):
             setattr(self, name, Signal(bits, reset=reset, name=name))
@@ -76,44 +91,87 @@ class Matcher(LiteXModule):
 
         # # #
 
-        # Cores.
-        # ------
-        self.raster      = Raster(parameters)
-        self.prefilter   = Prefilter(parameters)
-        self.line_buffer = LineBuffer(parameters)
-        self.alignment   = Alignment(parameters)
-        self.difference  = AbsoluteDifference(parameters)
-        self.column_sum  = ColumnSum(parameters)
-        self.block_sum   = BlockSum(parameters)
-        self.selection   = Selection(parameters)
-        self.fifo        = fifo = stream.SyncFIFO(winner_layout(parameters), depth=self.fifo_depth())
-        self.checker     = LeftRight(parameters)
-        self.border      = Border(parameters)
-        self.filter      = Median(parameters)
-
-        # Pipeline and streams.
-        # ---------------------
-        for before, after in zip(self.pipeline(), self.pipeline()[1:]):
-            self.comb += connect_pipeline(before.source, after.sink)
-        self.comb += [
-            self.sink.connect(self.raster.sink),
-            self.selection.source.connect(fifo.sink, omit={"ready"}),
-            fifo.source.connect(self.checker.sink),
-            self.checker.source.connect(self.border.sink),
-            self.border.source.connect(self.filter.sink),
-            self.filter.source.connect(self.source),
-        ]
+        self.add_front()
+        self.add_engine(self.make_engine())
+        self.add_post()
         self.add_credit()
-        self.add_frame()
+        taken_over, held = self.add_settings()
+        self.add_frame(taken_over, held)
 
     def pipeline(self):
-        """The cores between admission and FIFO, none of which ever stalls."""
-        return [self.raster, self.prefilter, self.line_buffer, self.alignment, self.difference, self.column_sum,
-            self.block_sum, self.selection]
+        """Return the cores between admission and FIFO, none of which ever stalls."""
+        return [self.raster, self.prefilter, self.line_buffer, self.alignment, self.engine, self.selection]
+
+    # Datapath -------------------------------------------------------------------------------------
+
+    def add_front(self):
+        """Raster, prefilter, line buffer and alignment: pixel pairs in, positioned pairs out."""
+        self.raster      = Raster(self.parameters)
+        self.prefilter   = Prefilter(self.parameters)
+        self.line_buffer = LineBuffer(self.parameters)
+        self.alignment   = Alignment(self.parameters)
+        self.comb += [
+            self.sink.connect(self.raster.sink),
+            connect_pipeline(self.raster.source, self.prefilter.sink),
+            connect_pipeline(self.prefilter.source, self.line_buffer.sink),
+            connect_pipeline(self.line_buffer.source, self.alignment.sink),
+        ]
+
+    def make_engine(self):
+        """Return the engine. A matcher with another one overrides this."""
+        return SADEngine(self.parameters)
+
+    def add_engine(self, engine):
+        """Put the engine between front and post: positioned pairs in, cost lanes out.
+
+        Parameters
+        ----------
+        engine : LiteXModule
+            A core of the pipeline: valid without ready, one step per clock, in order, gaps allowed. It has
+
+            - ``sink``, `positioned_pair_layout`: per step a filtered pixel pair, the pair block_size rows above it, and
+              the position. Pixels of a step meet at the smallest disparity: disparity d of the left pixel is d columns
+              back in the right image, where ``move_left`` and ``move_right`` say which image moves on.
+            - ``source``, `cost_layout`: for each step with ``cost``, and for no other, the position as it came in and
+              ``costs``, a lane per disparity and then that of the texture. Costs must be right where ``complete`` is 1.
+              The smallest cost wins; all ones is more than any cost.
+            - ``latency``, an int: clocks from ``sink`` to ``source``. The winners' FIFO gets room for as many results.
+            - Settings, Signals that are stable during a frame: ``block_size``, and ``cap``, the value of a filtered pixel
+              without texture.
+
+            Reset clears it as any core of the pipeline. What memories hold need not matter: ``row_first``, ``row_old``,
+            ``cost_first`` and ``cost_old`` say what counts.
+
+        Raises
+        ------
+        ValueError
+            If an endpoint or the latency is not as above.
+        """
+        check_engine(engine, self.parameters)
+        self.engine = engine
+        self.comb  += connect_pipeline(self.alignment.source, engine.sink)
+
+    def add_post(self):
+        """Selection, winners' FIFO, left-right check, border and median: cost lanes in, the map out."""
+        self.selection        = Selection(self.parameters)
+        self.fifo             = stream.SyncFIFO(winner_layout(self.parameters), depth=self.fifo_depth())
+        self.left_right_stage = LeftRight(self.parameters)
+        self.border           = Border(self.parameters)
+        self.median_stage     = Median(self.parameters)
+        self.comb += [
+            connect_pipeline(self.engine.source, self.selection.sink),
+            self.selection.source.connect(self.fifo.sink, omit={"ready"}),
+            self.fifo.source.connect(self.left_right_stage.sink),
+            self.left_right_stage.source.connect(self.border.sink),
+            self.border.source.connect(self.median_stage.sink),
+            self.median_stage.source.connect(self.source),
+        ]
+
+    # Shell ----------------------------------------------------------------------------------------
 
     def fifo_depth(self):
-        """Room for all results under way."""
-        return 2**bits_for(sum(core.latency for core in self.pipeline()) + 4)
+        """Return a depth with room for all results under way."""
+        return 2**bits_for(sum(core.latency for core in self.pipeline()) + UNCOUNTED_STEPS)
 
     def add_credit(self):
         """Credit for as many results as the FIFO holds."""
@@ -124,48 +182,88 @@ class Matcher(LiteXModule):
             take.eq(self.raster.source.valid & self.raster.source.complete),
             give.eq(fifo.source.valid & fifo.source.ready),
         ]
-        # Three registers lie between admission and credit, so up to four steps are not counted yet.
         self.sync += [
             used.eq(used + take - give),
-            self.raster.credit.eq(used < fifo.depth - 4),
+            self.raster.credit.eq(used < fifo.depth - UNCOUNTED_STEPS),
         ]
 
-    def add_frame(self):
-        """Hold the settings for the whole frame; let the thresholds derived from them settle before it begins."""
-        begin = Signal()
-        held  = {}
-        for name, bits, _, built, fixed in matcher_settings(self.parameters):
-            held[name] = signal = Signal(bits, name=f"held_{name}")
-            if built:
-                self.sync += If(begin, signal.eq(getattr(self, name)))
-            else:
-                self.comb += signal.eq(int(fixed))
-        cores = [*self.pipeline(), self.checker, self.border, self.filter]
-        drive = {
-            **held,
-            "cap":               held["prefilter_cap"],
-            "texture_threshold": Mux(held["xsobel"], held["texture_threshold"], 0),
-            "outer":             Mux(held["left_right"], held["block_size"][1:], 0),
-        }
-        for core in cores:
-            self.comb += [getattr(core, name).eq(value) for name, value in drive.items()
-                if isinstance(getattr(core, name, None), Signal)]
+    def add_settings(self):
+        """Hold the settings for a frame and hand them to the cores.
 
-        settle   = Signal(max=8)
-        starting = [core.begin for core in (self.raster, self.checker, self.border, self.filter)]
+        Return the Signal with which they are taken over, and the held settings by name.
+        """
+        taken_over = Signal()
+        held       = {}
+        for name, bits, _, built, fixed in matcher_settings(self.parameters):
+            held[name] = setting = Signal(bits, name=f"held_{name}")
+            if built:
+                self.sync += If(taken_over, setting.eq(getattr(self, name)))
+            else:
+                self.comb += setting.eq(int(fixed))
+        self.comb += self.connect_settings(SimpleNamespace(**held))
+        return taken_over, held
+
+    def connect_settings(self, held):
+        """Return the statements that connect the held settings to the cores."""
+        raster, prefilter, line_buffer, alignment, engine, selection = self.pipeline()
+        left_right, border, median = self.left_right_stage, self.border, self.median_stage
+        outer   = Mux(held.left_right, held.block_size[1:], 0)
+        texture = Mux(held.xsobel, held.texture_threshold, 0)
+        return [
+            # Front.
+            raster.width.eq(held.width),
+            raster.height.eq(held.height),
+            raster.disparities.eq(held.disparities),
+            raster.block_size.eq(held.block_size),
+            raster.min_disparity.eq(held.min_disparity),
+            raster.outer.eq(outer),
+            prefilter.width.eq(held.width),
+            prefilter.xsobel.eq(held.xsobel),
+            prefilter.cap.eq(held.prefilter_cap),
+            line_buffer.block_size.eq(held.block_size),
+            alignment.min_disparity.eq(held.min_disparity),
+            alignment.outer.eq(outer),
+            # Engine.
+            engine.block_size.eq(held.block_size),
+            engine.cap.eq(held.prefilter_cap),
+            # Post.
+            selection.disparities.eq(held.disparities),
+            selection.texture_threshold.eq(texture),
+            selection.uniqueness_ratio.eq(held.uniqueness_ratio),
+            selection.subpixel.eq(held.subpixel),
+            left_right.width.eq(held.width),
+            left_right.disparities.eq(held.disparities),
+            left_right.min_disparity.eq(held.min_disparity),
+            left_right.left_right.eq(held.left_right),
+            left_right.disp12_max_diff.eq(held.disp12_max_diff),
+            left_right.outer.eq(outer),
+            border.width.eq(held.width),
+            border.height.eq(held.height),
+            border.disparities.eq(held.disparities),
+            border.block_size.eq(held.block_size),
+            border.min_disparity.eq(held.min_disparity),
+            median.width.eq(held.width),
+            median.height.eq(held.height),
+            median.median.eq(held.median),
+        ]
+
+    def add_frame(self, taken_over, held):
+        """Take the settings over, let the thresholds derived from them settle, then begin; end with the map."""
+        settle   = Signal(max=SETTLE_CLOCKS)
+        starting = [core.begin for core in (self.raster, self.left_right_stage, self.border, self.median_stage)]
         self.fsm = fsm = FSM(reset_state="IDLE")
         self.comb += self.busy.eq(~fsm.ongoing("IDLE"))
         fsm.act("IDLE",
             If(self.sink.valid,
-                begin.eq(1),
+                taken_over.eq(1),
                 NextValue(settle, 0),
                 NextState("SETTLE")
             )
         )
         fsm.act("SETTLE",
             NextValue(settle, settle + 1),
-            If(settle == 5,
-                [core_begin.eq(1) for core_begin in starting],
+            If(settle == SETTLE_CLOCKS - 1,
+                [begin.eq(1) for begin in starting],
                 NextState("BEGIN")
             )
         )
@@ -173,7 +271,7 @@ class Matcher(LiteXModule):
             NextState("FRAME")
         )
         fsm.act("FRAME",
-            If(~(self.border.busy | self.filter.busy),
+            If(~(self.border.busy | self.median_stage.busy),
                 NextState("IDLE")
             )
         )
@@ -183,7 +281,7 @@ class Matcher(LiteXModule):
         """Say when the first row that has disparities is out."""
         column = Signal.like(width)
         row    = Signal.like(row_with_disparities)
-        over   = Signal()
+        over   = Signal() # It was out.
         out    = self.source.valid & self.source.ready
         self.comb += self.first_row.eq(out & ~over & (column == width - 1) & (row == row_with_disparities))
         self.sync += [

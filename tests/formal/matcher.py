@@ -33,14 +33,18 @@ def matcher(make=Matcher) -> Proof:
         proof.sync += before.eq(event & ~core.reset)
         return before
 
+    def parts(stages) -> list:
+        """The stages, the engine in its parts."""
+        return [part for stage in stages for part in (stage.pipeline() if stage is core.engine else [stage])]
+
     # Results under way: one for each complete step of the raster, until it is in the FIFO.
     source = core.raster.source
     under  = [source.valid & source.complete]
     proof.assume("a result has a cost, as Raster is proven", ~under[0] | source.cost)
-    for stage in core.pipeline()[1:]:
+    for stage in parts(core.pipeline()[1:]):
         for _ in range(stage.latency):
             under.append(later(under[-1]))
-        # Behind the last stage there are results alone.
+        # After the last stage there are results alone.
         complete, cost = (1, 1) if stage is core.selection else (stage.source.complete, stage.source.cost)
         result = stage.source.valid & complete
         proof.prove(f"{type(stage).__name__} passes each on, once", (result == under[-1]) & (~result | cost))

@@ -144,7 +144,7 @@ CREDITS = {
     "left-right check": (
         left_right, "left_right", "LeftRight", "FIFO_DEPTH - second_pass.latency - 2",
         "FIFO_DEPTH - second_pass.latency + 2", 12),
-    "winners": (matcher, "matcher", "Matcher", "used < fifo.depth - 4", "used < fifo.depth - 2", 6),
+    "winners": (matcher, "matcher", "Matcher", "used < fifo.depth - UNCOUNTED_STEPS", "used < fifo.depth - 2", 6),
 }
 
 
