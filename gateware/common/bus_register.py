@@ -12,10 +12,10 @@ from litex.soc.interconnect import wishbone
 # Bus Register -------------------------------------------------------------------------------------
 
 class BusRegister(LiteXModule):
-    """A clock between a bus and its master: what comes back passes a register.
+    """A clock between a bus and its master: answers pass a register.
 
-    Without it an address of the CPU runs through arbiter, decoder, peripheral and back into the CPU's pipeline in one clock.
-    A transfer takes a clock more.
+    Without it an address of the CPU goes through arbiter, decoder, peripheral and back into the CPU's pipeline in one
+    clock. With it a transfer takes a clock more. A reset withdraws the answer, as it does the CPU's request.
 
     Parameters
     ----------
@@ -38,7 +38,7 @@ class BusRegister(LiteXModule):
             bus.dat_w.eq(master.dat_w),
             bus.sel.eq(master.sel),
             bus.we.eq(master.we),
-            # In the clock of the answer the master still asks.
+            # In the clock of the answer the request is still there.
             bus.cyc.eq(master.cyc & ~answered),
             bus.stb.eq(master.stb & ~answered),
         ]

@@ -15,9 +15,9 @@ from litex.soc.interconnect import stream
 class Crossing(LiteXModule):
     """A stream from one clock domain to another.
 
-    As LiteX's ClockDomainCrossing, but the address that is read comes from a register and the memory is distributed: on
-    an ECP5 LiteX's looks up whether there is a word, moves the address and reads the memory in one clock, which is too long
-    for the 125 MHz of a wire. Put a register behind it.
+    As LiteX's ClockDomainCrossing, but with the read address in a register, and distributed memory. On an ECP5 LiteX's
+    looks up whether there is a word, moves the address and reads the memory in one clock, which is too slow for the
+    125 MHz of a wire. Put a register after it.
 
     Parameters
     ----------
@@ -26,16 +26,17 @@ class Crossing(LiteXModule):
     cd_from, cd_to : str
         Clock domains; a reset must hold both for some clocks.
     depth : int
-        Items that fit in, a power of 2.
+        Room in items, a power of 2.
     """
     def __init__(self, layout, cd_from, cd_to, depth=32):
-        self.sink   = sink   = stream.Endpoint(layout) # In `cd_from`.
-        self.source = source = stream.Endpoint(layout) # In `cd_to`.
+        self.sink    = sink   = stream.Endpoint(layout) # In `cd_from`.
+        self.source  = source = stream.Endpoint(layout) # In `cd_to`.
+        self.latency = None                             # Depends on both clocks.
 
         # # #
 
-        # Pointers, with a bit more than an address has: it tells full from empty.
-        # ------------------------------------------------------------------------
+        # Pointers, one bit wider than an address: it tells full from empty.
+        # ------------------------------------------------------------------
         bits    = log2_int(depth) + 1
         produce = ClockDomainsRenamer(cd_from)(GrayCounter(bits))
         consume = ClockDomainsRenamer(cd_to)(GrayCounter(bits))
@@ -47,7 +48,7 @@ class Crossing(LiteXModule):
         ]
         full = Signal()
         self.comb += [
-            # A whole turn apart: in Gray code the two highest bits differ, and no others.
+            # `depth` apart: in Gray code the two highest bits differ, and no others.
             full.eq(produce.q == Cat(consumed[:-2], ~consumed[-2], ~consumed[-1])),
             sink.ready.eq(~full),
             produce.ce.eq(sink.valid & sink.ready),

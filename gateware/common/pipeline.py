@@ -23,8 +23,8 @@ def sign_extended(signal, bits):
     """
     return Cat(signal, Replicate(signal[-1], bits - len(signal)))
 
-# A number with a carry is the sum of both, not added up: `value` in the low bits, `carry` in the top bit. Adding the carry
-# at once takes an adder; a later sum takes it at the carry input of an adder that is there anyway.
+# A number with a carry is the sum of both, not added up: `value` in the low bits, `carry` in the top bit. Adding the
+# carry at once takes an adder; a later sum takes it at the carry input of an adder that is there anyway.
 
 def with_carry(value, carry):
     """Return the number `value` + `carry`, a bit wider than `value`."""

@@ -11,7 +11,7 @@ from litex.gen import *
 # Pulse Crossing -----------------------------------------------------------------------------------
 
 class PulseCrossing(LiteXModule):
-    """Pulses from one clock domain to another: each comes out once, in a clock of its own, however close they came.
+    """Pulses from one clock domain to another: each comes out once, as one clock, however close together they came.
 
     Parameters
     ----------
@@ -26,11 +26,12 @@ class PulseCrossing(LiteXModule):
 
         # # #
 
-        # The other side counts after what it sees of the count; it is behind by what is under way.
+        # One side counts the pulses that came in. The other counts those that went out, up to what it sees of the first
+        # count: the difference is under way.
         bits    = max(2, bits_for(most))
         come    = ClockDomainsRenamer(cd_from)(GrayCounter(bits))
         gone    = ClockDomainsRenamer(cd_to)(GrayCounter(bits))
-        counted = Signal(bits)
+        counted = Signal(bits) # `come`, as the other side sees it.
         self.submodules += come, gone
         self.specials   += MultiReg(come.q, counted, cd_to)
         self.comb += [

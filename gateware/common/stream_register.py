@@ -12,9 +12,9 @@ from litex.soc.interconnect import stream
 # Stream Register ----------------------------------------------------------------------------------
 
 def add_register(module, source, sink, clock_domain="sys"):
-    """Connect two streams, with a register for data and one for ready between them.
+    """Connect two streams, with a register for ready and then one for data between them.
 
-    In this order, not that of LiteX's Buffer: nothing but registers at either end.
+    LiteX's Buffer has them in the other order. In this one, both ends see nothing but registers.
     """
     renamed = ClockDomainsRenamer(clock_domain)
     ready   = renamed(stream.PipeReady(source.description))

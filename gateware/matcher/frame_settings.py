@@ -37,7 +37,7 @@ class FrameSettings(LiteXModule):
     """The settings of the frame under way, and whether they are legal.
 
     Settings are legal if they are in their range, the image is large enough for them, the bases are aligned, and
-    they use no stage that is not built.
+    every stage that they use is built. After a reset all are 0, which is not legal.
     """
     def __init__(self, parameters, alignment):
         for name, bits in frame_settings():

@@ -19,8 +19,8 @@ class LineBuffer(LiteXModule):
     """Add to each pixel pair the pair block_size rows above it: the one that leaves the block.
 
     One memory serves both images as a ring of exactly width x block_size pairs: what is read at an address, just before
-    the new pair is written there, is block_size rows old. So a larger block costs depth, not logic. Where ``row_old`` is 0
-    the old pixels are undefined.
+    the new pair is written there, is block_size rows old. So a larger block costs depth, not logic. Where ``row_old``
+    is 0 the old pixels are undefined.
     """
     def __init__(self, parameters):
         bits = parameters.filtered_bits
@@ -34,9 +34,12 @@ class LineBuffer(LiteXModule):
 
         stages = pass_position(self, self.sink, self.source, self.latency)
 
-        # Ring address: back to 0 with the first pixel of every block_size-th row.
-        # ------------------------------------------------------------------------
-        depth    = parameters.max_width*parameters.max_block_size
+        depth   = parameters.max_width*parameters.max_block_size
+        address = self.add_address(parameters, depth)
+        self.add_memory(bits, depth, address, stages)
+
+    def add_address(self, parameters, depth):
+        """Return the ring address of a step: back to 0 with the first pixel of every block_size-th row."""
         address  = Signal(max=depth)
         ring_row = Signal(max=parameters.max_block_size)
         begin    = Signal()
@@ -60,9 +63,10 @@ class LineBuffer(LiteXModule):
                 )
             )
         )
+        return current
 
-        # Memory: read the old pair, write the new one a clock later.
-        # -----------------------------------------------------------
+    def add_memory(self, bits, depth, address, stages):
+        """Read the old pair, write the new one a clock later; then a register for both."""
         memory  = Memory(2*bits, depth, name="line_buffer")
         read    = memory.get_port(mode=READ_FIRST)
         write   = memory.get_port(write_capable=True, mode=READ_FIRST)
@@ -70,10 +74,10 @@ class LineBuffer(LiteXModule):
 
         pair          = Signal(2*bits)
         write_address = Signal(max=depth)
-        self.comb += read.adr.eq(current)
+        self.comb += read.adr.eq(address)
         self.sync += [
             pair.eq(Cat(self.sink.left, self.sink.right)),
-            write_address.eq(current),
+            write_address.eq(address),
         ]
         self.comb += [
             write.adr.eq(write_address),
@@ -81,8 +85,6 @@ class LineBuffer(LiteXModule):
             write.we.eq(stages[1].valid & stages[1].pixel),
         ]
 
-        # Output register after the memory.
-        # ---------------------------------
         self.sync += [
             Cat(self.source.left,     self.source.right).eq(pair),
             Cat(self.source.left_old, self.source.right_old).eq(read.dat_r),

@@ -23,8 +23,8 @@ from .line_buffer                 import LineBuffer
 from .prefilter                   import Prefilter
 from .raster                      import Raster
 
-# Steps that the count of results does not show yet: one each in the two registers of the raster, in the count and in the
-# credit.
+# Steps that the count of results does not show yet: one each in the two registers of the raster, in the count and in
+# the credit.
 UNCOUNTED_STEPS = 2 + 1 + 1
 
 # From the first pixel pair of a frame to its begin: the held settings, a threshold that is derived from another one
@@ -68,8 +68,9 @@ class Matcher(LiteXModule):
     Between admission and the winners' FIFO nothing stalls; the FIFO has room for every result that is under way.
 
     A frame begins with the first pixel pair that is valid while the matcher is idle and ends when the last pixel of the
-    map has left. Settings are taken over at its begin and stay until its end. They must be legal: disparities a multiple of
-    16, block_size odd, width and height at least min_disparity + disparities + block_size - 1 and block_size.
+    map has left. Settings are taken over at its begin and stay until its end. They must be legal: disparities a
+    multiple of 16, block_size odd, width and height at least min_disparity + disparities + block_size - 1 and
+    block_size.
 
     The settings are Signals named as in `matcher_settings`; those that the matcher is not built for are ignored.
 
@@ -136,8 +137,8 @@ class Matcher(LiteXModule):
               ``costs``, a lane per disparity and then that of the texture. Costs must be right where ``complete`` is 1.
               The smallest cost wins; all ones is more than any cost.
             - ``latency``, an int: clocks from ``sink`` to ``source``. The winners' FIFO gets room for as many results.
-            - Settings, Signals that are stable during a frame: ``block_size``, and ``cap``, the value of a filtered pixel
-              without texture.
+            - Settings, Signals that are stable during a frame: ``block_size``, and ``cap``, the value of a filtered
+              pixel without texture.
 
             Reset clears it as any core of the pipeline. What memories hold need not matter: ``row_first``, ``row_old``,
             ``cost_first`` and ``cost_old`` say what counts.

@@ -18,8 +18,9 @@ from ..engines.costs import *
 class Prefilter(LiteXModule):
     """Horizontal 3x3 Sobel filter, clipped to +-cap and shifted to 0 to 2*cap; or the grey values as they are.
 
-    It is cv2.StereoBM's PREFILTER_XSOBEL: the second row also counts as the one above the first, the last but one also as
-    the one below the last. The first and the last column are cap, and so is the last row if the number of rows is odd.
+    It is cv2.StereoBM's PREFILTER_XSOBEL: the second row also counts as the one above the first, the last but one also
+    as the one below the last. The first and the last column are cap, and so is the last row if the number of rows is
+    odd.
 
     The pixel that comes in is one row below and one column to the right of the one that goes out; two rows wait in a
     memory. A core that is built without the filter only passes pixels on.

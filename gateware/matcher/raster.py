@@ -25,8 +25,8 @@ class Raster(LiteXModule):
 
     A step is one pixel of the filtered image. It takes a pixel pair while its row has any left. With the prefilter that
     is the pair one row below and one column to the right, so that there is a row and a column of steps more than of
-    pixels. This is a frame of 5 x 4 pixels: each step with its number, the row and column of the pair that it takes, and
-    the row and column of the pixel that it is.
+    pixels. This is a frame of 5 x 4 pixels: each step with its number, the row and column of the pair that it takes,
+    and the row and column of the pixel that it is.
 
         step_index  0          1          2          3          4          5
         row 0      0 00/--    1 01/--    2 02/--    3 03/--    4 04/--    5 --/--
@@ -36,11 +36,11 @@ class Raster(LiteXModule):
         row 4     24 --/--   25 --/30   26 --/31   27 --/32   28 --/33   29 --/34
 
     With block_size 3 and, for the example, 2 disparities from 0 up: a cost needs column 1 of the left image, the first
-    one for which both disparities lie in the right image. So steps with step_index 2 to 5 of rows 1 to 4 have a cost, in
-    cost columns 0 to 3. The first block is complete where its third row and its third cost column meet, in step 22.
+    one for which both disparities lie in the right image. So steps with step_index 2 to 5 of rows 1 to 4 have a cost,
+    in cost columns 0 to 3. The first block is complete where its third row and its third cost column meet, in step 22.
 
-    The left-right check adds `outer` steps on both sides of the columns that have a whole block. There the left image, the
-    right one or both are held at their edge, as cv2.StereoBM has it.
+    The left-right check adds `outer` steps on both sides of the columns that have a whole block. There the left image,
+    the right one or both are held at their edge, as cv2.StereoBM has it.
 
     The source has the fields of `position_layout`:
 
@@ -48,14 +48,14 @@ class Raster(LiteXModule):
     - Pixel: ``pixel``: the step is a pixel of the filtered image, of its first or last column with ``pixel_first``,
       ``pixel_last``, of its first or last row with ``row_first``, ``row_last``; ``row_flat``: of a row that OpenCV does
       not filter; ``row_old``: the row block_size above it exists, so it leaves the sums.
-    - Cost, which pixels meet: ``move_left``, ``move_right``: the left, the right image moves on by a column; ``late``: the
-      right one is delayed by `outer` columns more.
+    - Cost, which pixels meet: ``move_left``, ``move_right``: the left, the right image moves on by a column; ``late``:
+      the right one is delayed by `outer` columns more.
     - Cost, which sums: ``cost``: all disparities lie in the right image, in the ``cost_column``-th such column;
-      ``cost_first``: it is the first: sums along the row begin anew; ``cost_old``: the column block_size back exists, so
-      it leaves the sums; ``complete``: the block that ends here lies inside both images, so it yields a winner.
+      ``cost_first``: it is the first: sums along the row begin anew; ``cost_old``: the column block_size back exists,
+      so it leaves the sums; ``complete``: the block that ends here lies inside both images, so it yields a winner.
 
-    A frame lasts from `begin` (one clock) until its last step has been made; the settings must not change meanwhile. The
-    sink is not ready outside of a frame.
+    A frame lasts from `begin` (one clock) until its last step has been made; the settings must not change meanwhile.
+    The sink is not ready outside of a frame.
     """
     def __init__(self, parameters):
         self.sink   = stream.Endpoint(pixel_pair_layout())                               # Pixel pairs, raster order.

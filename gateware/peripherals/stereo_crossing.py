@@ -16,17 +16,17 @@ from ..memory.port_crossing   import PortCrossing
 from .stereo_csr              import PeripheralCSR
 from .stereo_peripheral       import ERROR_NONE, StereoPeripheral
 
-# Clocks of `sys` in which settings stand still before the other side looks at them. A level has crossed by then too, if the
-# other clock has a quarter of the frequency or more.
-SETTLE_CLOCKS = 16
+# Clocks of `sys` in which the settings are constant before the other side reads them. A level has crossed by then too:
+# its two registers, a clock for the phase and one to spare, of a clock with a quarter of the frequency.
+SETTLE_CLOCKS = (2 + 1 + 1)*4
 
 # Stereo Peripheral Crossing -----------------------------------------------------------------------
 
 class StereoPeripheralCrossing(PeripheralCSR, LiteXModule):
-    """A `StereoPeripheral` in a clock domain of its own, as seen from `sys`: matcher and DMA need not wait for a slow CPU.
+    """A `StereoPeripheral` in another clock domain, as seen from `sys`: matcher and DMA need not wait for a slow CPU.
 
-    Ports, registers and interrupts are in `sys`, and so are all Signals, which are named as those of `StereoPeripheral`; clocks
-    are counted in `sys` too. There are no streamed frames.
+    Ports, registers and interrupts are in `sys`, and so are all Signals, which are named as those of
+    `StereoPeripheral`; clocks are counted in `sys` too. There are no streamed frames.
 
     Parameters
     ----------
@@ -49,15 +49,15 @@ class StereoPeripheralCrossing(PeripheralCSR, LiteXModule):
 
         for name, bits in frame_settings():
             setattr(self, name, Signal(bits, name=name))
-        self.start            = Signal()
-        self.abort            = Signal()
-        self.busy             = Signal()
-        self.done             = Signal()
-        self.failed           = Signal()
-        self.error_code       = Signal(4)
-        self.clocks           = Signal(32)
-        self.first_row_clocks = Signal(32)
-        self.frames           = Signal(32)
+        self.start            = Signal()   # Begin a frame (pulse). Ignored while busy.
+        self.abort            = Signal()   # Give the frame up (pulse). Ignored while idle.
+        self.busy             = Signal()   # Between start and done or error.
+        self.done             = Signal()   # The map is in memory (pulse).
+        self.failed           = Signal()   # There will be no map: see error_code (pulse).
+        self.error_code       = Signal(4)  # Of the last frame.
+        self.clocks           = Signal(32) # Of the last frame, from start to done.
+        self.first_row_clocks = Signal(32) # From start to the end of the first row that has disparities.
+        self.frames           = Signal(32) # Frames done since reset.
 
         # # #
 
@@ -136,7 +136,7 @@ class StereoPeripheralCrossing(PeripheralCSR, LiteXModule):
             self.add_irq()
 
     def add_pulse(self, cd_from, cd_to):
-        """A crossing for pulses of which one is under way at most."""
+        """Return a crossing for pulses of which at most one is under way."""
         crossing = PulseCrossing(cd_from, cd_to)
         self.submodules += crossing
         return crossing

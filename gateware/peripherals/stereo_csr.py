@@ -28,7 +28,8 @@ SETTING_DESCRIPTIONS = {
     "prefilter_cap":     "Largest slope that the prefilter keeps, 1 to 63. Unused without ``xsobel``.",
     "texture_threshold": "Least sum over the block of what the filtered left image differs from flat. Unused without "
                          "``xsobel``.",
-    "uniqueness_ratio":  "Percent, 0 to 100, by which all other disparities must cost more than the winner. 0: no test.",
+    "uniqueness_ratio":  "Percent, 0 to 100, by which all other disparities must cost more than the winner. "
+                         "0: no test.",
     "disp12_max_diff":   "Largest difference in the left-right check, pixels. 255: no check.",
 }
 
@@ -74,7 +75,8 @@ class PeripheralCSR:
         ``done`` or ``error`` event; read ``status``. All settings are taken over at ``start``, so those of the next
         frame may be written meanwhile. Images and map are in raster order without padding between rows; one byte is
         a pixel of an image, an int16 in sixteenths of a pixel one of the map, (``min_disparity`` - 1) x 16 where there
-        is no disparity. Whole words are written: up to ``dma_alignment`` - 2 bytes behind the map are overwritten with undefined values.
+        is no disparity. Whole words are written: up to ``dma_alignment`` - 2 bytes behind the map are overwritten \
+with undefined values.
 
         A CPU that caches has to invalidate its lines of the map before it reads them.
         """)

@@ -20,6 +20,10 @@ from .stereo_csr              import PeripheralCSR
 
 ERROR_NONE, ERROR_CONFIG, ERROR_BUS, ERROR_ABORTED = range(4)
 
+# From start until it is known whether the settings are legal: those of the frame, the smallest width in two steps, the
+# rules, their sum; and three to spare.
+SETTLE_CLOCKS = 1 + 2 + 1 + 1 + 3
+
 # Stereo Peripheral --------------------------------------------------------------------------------
 
 class StereoPeripheral(PeripheralCSR, LiteXModule):
@@ -27,7 +31,8 @@ class StereoPeripheral(PeripheralCSR, LiteXModule):
 
     A streamed frame's pixels come from `pairs` instead, and its map goes to `map` as well as to memory.
 
-    Its settings are Signals named as in `frame_settings`.
+    Its settings are Signals named as in `frame_settings`. It is reset with its clock domain; bus accesses under way end
+    with `abort` instead.
 
     Parameters
     ----------
@@ -44,8 +49,8 @@ class StereoPeripheral(PeripheralCSR, LiteXModule):
         self.reader  = reader  = PairReader(read_port, burst_bytes)
         self.writer  = writer  = StreamWriter(write_port, DISPARITY_BITS, burst_bytes)
 
-        self.pairs = stream.Endpoint(pixel_pair_layout()) # Pairs of a streamed frame, the first and the last one marked.
-        self.map   = stream.Endpoint(disparity_layout())  # Its map, as it goes to memory; whoever takes it never stalls.
+        self.pairs = stream.Endpoint(pixel_pair_layout()) # Pairs of a streamed frame, the first and the last marked.
+        self.map   = stream.Endpoint(disparity_layout())  # Its map, as it goes to memory; the receiver never stalls.
 
         self.parameters = matcher.parameters
         self.alignment  = max(word_bytes(read_port), word_bytes(write_port)) # Bytes.
@@ -62,7 +67,7 @@ class StereoPeripheral(PeripheralCSR, LiteXModule):
         self.failed           = Signal()   # There will be no map: see error_code (pulse).
         self.error_code       = Signal(4)  # Of the last frame.
         self.clocks           = Signal(32) # Of the last frame, from start to done.
-        self.first_row_clocks = Signal(32) # Likewise, to the end of the first row that has disparities.
+        self.first_row_clocks = Signal(32) # From start to the end of the first row that has disparities.
         self.frames           = Signal(32) # Frames done since reset.
 
         # # #
@@ -87,7 +92,7 @@ class StereoPeripheral(PeripheralCSR, LiteXModule):
 
         # Frame.
         # ------
-        settle    = WaitTimer(8)
+        settle    = WaitTimer(SETTLE_CLOCKS)
         next_code = Signal(4)
         aborted   = Signal() # Remembered until the frame has begun, and can be given up.
         self.submodules += settle

@@ -17,9 +17,9 @@ from ..common import *
 class Border(LiteXModule):
     """Put the winners of the valid region into a frame of invalid pixels, in raster order.
 
-    The valid region is cv2.StereoBM's: rows [k, height - k), columns [min_disparity + disparities - 1 + k, width - k) with
-    k = block_size // 2. A pixel outside of it, or without a disparity, is invalid: its value is (min_disparity - 1)
-    pixels. A frame lasts from `begin` (one clock) to its last pixel; the settings must not change meanwhile.
+    The valid region is cv2.StereoBM's: rows [k, height - k), columns [min_disparity + disparities - 1 + k, width - k)
+    with k = block_size // 2. A pixel outside of it, or without a disparity, is invalid: its value is (min_disparity -
+    1) pixels. A frame lasts from `begin` (one clock) to its last pixel; the settings must not change meanwhile.
     """
     def __init__(self, parameters):
         max_width, max_height = parameters.max_width, parameters.max_height

@@ -43,8 +43,8 @@ class Median(LiteXModule):
     Beyond the edges the outermost pixels repeat. A pixel without a disparity counts with its value, which is less than
     any disparity.
 
-    A column of three pixels is sorted once and used for three medians. The median of nine pixels is the median of three:
-    the largest of the columns' minima, the median of their medians, and the smallest of their maxima.
+    A column of three pixels is sorted once and used for three medians. The median of nine pixels is the median of
+    three: the largest of the columns' minima, the median of their medians, and the smallest of their maxima.
 
     A step of the raster takes pixel (row, column) and gives pixel (row - 1, column - 1), whose last neighbour it is. So
     there is a row more, and one step after that for its last pixel.

@@ -16,8 +16,8 @@ from liteeth.common import eth_phy_description
 class EthernetPHYModel(LiteXModule):
     """PHY of the simulation: a byte per clock of the wire, without preamble and CRC; a frame is a run of valid bytes.
 
-    As LiteEthPHYModel, but on a clock of its own, as a real wire has. The reset of `sys` holds both sides of the crossings,
-    as it has to.
+    As LiteEthPHYModel, but on a clock of its own, as a real wire has. The reset of `sys` holds both sides of the
+    crossings, as it has to.
     """
     dw                = 8
     with_preamble_crc = False

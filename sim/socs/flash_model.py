@@ -21,11 +21,12 @@ SECTOR_BYTES = 4096
 # Flash Model --------------------------------------------------------------------------------------
 
 class FlashModel(LiteXModule):
-    """A SPI flash of the simulation, at pads as `SPIMaster` wants them: it is read, erased by sectors and programmed by pages.
+    """A SPI flash of the simulation, at pads as `SPIMaster` wants them: it is read, erased by sectors and programmed by
+    pages.
 
-    Its contents repeat every `size` bytes: address 0 is wherever the board's first image is. The pins are looked at in `sys`,
-    whose CPU drives them, so an edge is never missed. For its contents and what it is at to outlive a reset of the SoC, it
-    needs a clock domain without one: see `ClockDomainsRenamer`.
+    Its contents repeat every `size` bytes: address 0 is wherever the board's first image is. The pins are looked at in
+    `sys`, whose CPU drives them, so an edge is never missed. For its contents and what it is at to outlive a reset of
+    the SoC, it needs a clock domain without one: see `ClockDomainsRenamer`.
 
     Parameters
     ----------

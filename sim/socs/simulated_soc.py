@@ -38,7 +38,8 @@ FLASH_BYTES    = 256*1024
 SYS_CLK_FREQ = int(1e6)
 RESET_CLOCKS = 64
 
-# Of a matcher with a clock of its own. The simulator takes a step at each multiple of all half periods' largest common divisor.
+# Of a matcher with a clock of its own. The simulator takes a step at each multiple of all half periods' largest common
+# divisor.
 MATCHER_CLK_FREQ = 2*SYS_CLK_FREQ
 
 # Pads of a stream of bytes each way, as litex_sim's modules know them.
@@ -59,7 +60,7 @@ IO = [
 # Clock --------------------------------------------------------------------------------------------
 
 class SimulatedCRG(LiteXModule):
-    """The clock of the simulator, with a reset at power-up and on `rst`, long enough for the clock of the wire to see it."""
+    """The clock of the simulator, with a reset at power-up and on `rst`, long enough for the wire's clock to see it."""
     def __init__(self, clk):
         self.rst    = Signal() # From the SoC's reset register and its watchdog.
         self.cd_sys = ClockDomain()

@@ -3,7 +3,10 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Digilent Arty A7 with an XC7A35T or XC7A100T: 256 MB of DDR3 at 16 bits, Ethernet of 100 Mbit/s. Vivado makes the bitstream."""
+"""Digilent Arty A7 with an XC7A35T or XC7A100T: 256 MB of DDR3 at 16 bits, Ethernet of 100 Mbit/s.
+
+Vivado makes the bitstream.
+"""
 
 from litedram.modules import MT41K128M16
 from litedram.phy     import A7DDRPHY
@@ -44,7 +47,8 @@ class Arty(BoardSoC):
         self.crg = ArtyCRG(platform, sys_clk_freq)
 
     def make_memory_phy(self, module):
-        self.ddrphy = A7DDRPHY(self.platform.request("ddram"), memtype="DDR3", nphases=4, sys_clk_freq=self.sys_clk_freq)
+        self.ddrphy = A7DDRPHY(self.platform.request("ddram"), memtype="DDR3", nphases=4,
+            sys_clk_freq=self.sys_clk_freq)
         return self.ddrphy
 
     def make_ethernet_phy(self):

@@ -3,7 +3,10 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Digilent Atlys with an XC6SLX45: 128 MB of DDR2 at 16 bits. The board of Citron's thesis of 2014; ISE makes the bitstream."""
+"""Digilent Atlys with an XC6SLX45: 128 MB of DDR2 at 16 bits.
+
+The board of Citron's thesis of 2014; ISE makes the bitstream.
+"""
 
 from litedram.modules import MT47H64M16
 from litedram.phy     import S6HalfRateDDRPHY

@@ -32,7 +32,7 @@ SDR_SETTINGS = ControllerSettings(read_time=256, write_time=128)
 FLASH_IMAGES      = 2
 FLASH_IMAGE_BYTES = 256*1024
 
-# Clock domain of a matcher with a clock of its own.
+# Clock domain of a matcher with a separate clock.
 MATCHER_DOMAIN = "matcher"
 
 # Picture of a screen, and the clock of its pixels: monitors take it for 25.175 MHz.
@@ -64,15 +64,15 @@ class BoardSoC(StereoSoC):
     board_name      = None # As in `BOARDS`.
     loader          = None # openFPGALoader's name of it.
     family          = "ECP5" # Of the FPGA, as in `soc.synthesis`.
-    build_options   = dict(nowidelut=True, timingstrict=True) # Of LiteX's toolchain: no wide functions, they take LUTs in pairs.
+    build_options   = dict(nowidelut=True, timingstrict=True) # Of LiteX's toolchain; wide functions take LUTs in pairs.
     rom_bytes       = ROM_BYTES
     uart_baudrate   = 1000000
     memory_module   = None # LiteDRAM's class of the chip,
     memory_bits     = 32   # width of its bus,
     memory_rate     = "1:1"
     memory_settings = None # and settings of its controller.
-    nextpnr_options = ()    # Besides device, package, speed grade, seed and density.
-    matcher_clock   = False # Whether the matcher can have a clock of its own, in the domain `MATCHER_DOMAIN`.
+    nextpnr_options = ()    # Apart from device, package, speed grade, seed and density.
+    matcher_clock   = False # Whether the matcher can have a separate clock, in the domain `MATCHER_DOMAIN`.
 
     flash_offset      = 4*1024*1024 # Of the firmware's images, behind the largest bitstream.
     flash_images      = FLASH_IMAGES
@@ -123,8 +123,9 @@ class BoardSoC(StereoSoC):
     def add_link(self):
         """The frame link, if the board has Ethernet.
 
-        LiteEth's PHYs hold the clock domains of the wire in reset while `sys` is, and for a while longer: the counter that
-        does it is in `sys`. So both sides of the crossings are in reset at once, and the crossings are empty after it.
+        LiteEth's PHYs hold the clock domains of the wire in reset while `sys` is, and for a while longer: the counter
+        that does it is in `sys`. So both sides of the crossings are in reset at once, and the crossings are empty after
+        it.
         """
         phy = self.make_ethernet_phy()
         if phy is not None:
@@ -143,7 +144,7 @@ class BoardSoC(StereoSoC):
             phy = self.make_video_phy()
             check(phy is not None, f"the {self.board_name} has no connector for a screen: leave out with_screen.")
             self.videophy = phy
-            # LiteX would give it a region of its own otherwise, in the midst of the main memory.
+            # LiteX would give it a separate region otherwise, in the midst of the main memory.
             self.mem_map = {**self.mem_map, "video_framebuffer": self.mem_map["main_ram"]}
             self.add_video_framebuffer(
                 phy          = phy,
@@ -167,8 +168,8 @@ class BoardSoC(StereoSoC):
                 self.bus.masters[name] = register.bus
 
     def add_memory_registers(self):
-        """A register between each port of LiteDRAM's crossbar and its commands: in the clock in which they pick a bank and
-        wait for it, nothing else is decided."""
+        """A register between each port of LiteDRAM's crossbar and its commands: in the clock in which they pick a bank
+        and wait for it, nothing else is decided."""
         masters = self.sdram.crossbar.masters
         for number, port in enumerate(masters):
             inner = masters[number] = LiteDRAMNativePort(port.mode, port.address_width, port.data_width, id=port.id)
@@ -181,7 +182,7 @@ class BoardSoC(StereoSoC):
             ]
 
     def add_flash(self):
-        """The flash of bitstream and firmware, at pins that the CPU drives itself: it is read once, and written by an update."""
+        """The flash of bitstream and firmware, at pins that the CPU drives: read once, written by an update."""
         self.flash_pads = self.make_flash_pads()
         self.flash      = SPIMaster(self.flash_pads)
         self.add_constant("FLASH_IMAGES",        self.flash_images)
@@ -202,7 +203,7 @@ class BoardSoC(StereoSoC):
         """LiteEth PHY, 8 bits wide; None, as here, if the board has no Ethernet."""
 
     def make_video_phy(self):
-        """LiteX video PHY for `SCREEN_TIMINGS` in the domain `PIXEL_DOMAIN`; None, as here, if the board has no screen."""
+        """LiteX video PHY for `SCREEN_TIMINGS` in the domain `PIXEL_DOMAIN`; None, as here, without a screen."""
 
     def make_flash_pads(self):
         """Pads of the flash as `SPIMaster` wants them, a module."""

@@ -25,7 +25,10 @@ from .preset    import Preset
 # Clocks -------------------------------------------------------------------------------------------
 
 class ECPIX5CRG(LiteXModule):
-    """DDR3's clock of twice the system's is stopped and started by its PHY; the system's is made from it."""
+    """DDR3's clock of twice the system's is stopped and started by its PHY; the system's is made from it.
+
+    All domains are in reset until the board's supplies are steady, and again on `rst`.
+    """
     def __init__(self, platform, sys_clk_freq, matcher_hz):
         self.rst        = Signal() # From the SoC's reset register.
         self.stop       = Signal() # Of the PHY,

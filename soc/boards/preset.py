@@ -30,7 +30,7 @@ class Preset:
     streaming:      bool            = option(True, "Match frames as they come from the wire, past the memory.")
     with_icmp:      bool            = option(True, "Answer a ping.")
     with_screen:    bool            = option(False, "Show the map on a monitor, where the board has a connector.")
-    density:        float           = option(0.9, "Share of a region's sites that nextpnr fills at most: less is easier to route.")
+    density:        float           = option(0.9, "Largest share of a region's sites to fill: less routes easier.")
     seed:           int             = option(1, "Seed of nextpnr.")
 
     @property

@@ -45,7 +45,7 @@ class ULX3SCRG(LiteXModule):
         self.comb += platform.request("wifi_gpio0").eq(1)
 
     def add_video(self, clk25, rst):
-        """A PLL of its own: the clocks of system and memory are as they are without a screen."""
+        """A separate PLL: the clocks of system and memory are as they are without a screen."""
         self.cd_hdmi   = ClockDomain() # Of pixels,
         self.cd_hdmi5x = ClockDomain() # and of their bits, two a clock.
         self.video_pll = video_pll = ECP5PLL()

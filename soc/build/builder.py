@@ -21,7 +21,8 @@ LIBRARIES = ["libc", "libcompiler_rt", "libbase", "liblitedram"]
 # What picolibc leaves that LiteX's makefile and the other libraries use: the archive before LiteX adds its console.
 PICOLIBC_FILES = ["cross.txt", "picolibc.h", "__libc.a"]
 
-# Variables of LiteX's makefiles that are not the same for all SoCs with the same processor, and do not concern picolibc.
+# Variables of LiteX's makefiles that are not the same for all SoCs with the same processor, and do not concern
+# picolibc.
 OTHER_VARIABLES = ("PACKAGES", "PACKAGE_DIRS", "LIBS", "BUILDINC_DIRECTORY", "BIOS_")
 
 class StereoBuilder(Builder):
@@ -50,7 +51,8 @@ class StereoBuilder(Builder):
             shutil.copy(made / name, os.path.join(self.software_dir, "libc"))
 
 def picolibc(variables):
-    """Folder with `PICOLIBC_FILES` for a processor: picolibc has more sources than all the rest, and needs 400 MB to build.
+    """Folder with `PICOLIBC_FILES` for a processor: picolibc has more sources than all the rest, and needs 400 MB to
+    build.
 
     Parameters
     ----------
@@ -58,7 +60,8 @@ def picolibc(variables):
         LiteX's `variables.mak` of a SoC.
     """
     text     = variables.read_text()
-    settings = dict(line.split("=", 1) for line in text.splitlines() if "=" in line and not line.startswith(OTHER_VARIABLES))
+    lines    = [line for line in text.splitlines() if "=" in line and not line.startswith(OTHER_VARIABLES)]
+    settings = dict(line.split("=", 1) for line in lines)
     prefix   = f"{settings['TRIPLE']}-"
     compiler = subprocess.run([f"{prefix}gcc", "--version"], check=True, capture_output=True, text=True).stdout
     key      = content_key([*map("=".join, settings.items()), compiler,

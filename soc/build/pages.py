@@ -75,5 +75,6 @@ class Page:
         if made_from == now:
             return None
         took = f", about {self.minutes} minutes" if self.minutes else ""
-        state = f"is made from {made_from}, the tree has {now}" if made_from else "says nothing of what it was made from"
+        state = (f"is made from {made_from}, the tree has {now}" if made_from
+            else "says nothing of what it was made from")
         return f"{self.name} {state}: run make {self.target}{took}"

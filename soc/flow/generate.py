@@ -5,7 +5,7 @@
 
 """Generates a board's sources: Verilog, constraints, and the headers and libraries for its programs.
 
-A program of its own, as LiteX changes the working directory, prints, and configures logging.
+A separate program, as LiteX changes the working directory, prints, and configures logging.
 """
 
 import json
@@ -21,7 +21,7 @@ from ..build.builder import StereoBuilder
 SCRIPTS = (".ys", ".tcl", ".prj")
 
 def gather_sources(gateware: Path, sources: list[str]) -> None:
-    """Have all sources in one folder, and scripts that name them without their path: some tools see that folder alone."""
+    """Have all sources in one folder, and scripts that name them without a path: some tools see that folder alone."""
     for source in map(Path, sources):
         if source.parent != gateware:
             shutil.copy(source, gateware)

@@ -52,4 +52,5 @@ def flash(board: str) -> None:
     place  = json.loads((folder / "report.json").read_text())["flash"]
     run_loader(board, "--write-flash", str(bitstream(board)))
     for image in range(place["images"]):
-        run_loader(board, "--write-flash", "--offset", str(place["offset"] + image*place["bytes"]), str(folder / "firmware.bin"))
+        offset = place["offset"] + image*place["bytes"]
+        run_loader(board, "--write-flash", "--offset", str(offset), str(folder / "firmware.bin"))

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""What Yosys and nextpnr would spend on things that nobody needs: the way from Verilog to a netlist without them."""
+"""Edit Verilog and netlist so that the tools spend no logic on guarantees that this design does not need."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def without_collision_logic(verilog: str) -> str:
     return _DECLARATION.sub(r"(* no_rw_check *) \g<0>", verilog)
 
 def with_garbage(verilog: str) -> str:
-    """Verilog for a simulation in which memories in `COLLISION_FREE` give garbage, inverted words, where words collide."""
+    """Return Verilog for a simulation: memories in `COLLISION_FREE` give inverted words where words collide."""
     for name in _DECLARATION.findall(verilog):
         write = re.search(rf"if \((\w+)\)\n\s*{name}\[(\w+)\] <=", verilog)
         if write is None:
@@ -35,7 +35,7 @@ def with_garbage(verilog: str) -> str:
     return verilog
 
 def without_open_carries(netlist: Path) -> None:
-    """Disconnect carries of an ECP5 netlist, as JSON, that nothing reads: nextpnr leads each to a LUT, two sites a piece."""
+    """Disconnect carries of an ECP5 netlist, as JSON, that nothing reads: nextpnr takes a LUT, two sites, for each."""
     design = json.loads(netlist.read_text())
     for module in design["modules"].values():
         read = Counter(bit for port in module["ports"].values() for bit in port["bits"])

@@ -20,8 +20,9 @@ from ...firmware   import FIRMWARE_DIR
 from ..build.paths import LITEX_PACKAGES, PACKAGE_DIR, build_directory, built_once, code_key, content_key, source_key
 from ..build.tools import ToolError, run_logged
 
-# What a board's Verilog, headers and libraries are generated from, besides LiteX.
-GENERATED_FROM = [PACKAGE_DIR / one for one in ("gateware", "soc/build", "soc/parts", "soc/boards", "soc/flow/generate.py")]
+# What a board's Verilog, headers and libraries are generated from, apart from LiteX.
+GENERATED_FROM = [PACKAGE_DIR / one for one in
+    ("gateware", "soc/build", "soc/parts", "soc/boards", "soc/flow/generate.py")]
 
 @dataclass(frozen=True)
 class Sources:
@@ -59,7 +60,8 @@ def sources(board: str, changes: dict | None = None) -> Sources:
         (*LITEX_PACKAGES, "litex-boards")), code_key(*GENERATED_FROM)])
 
     def generate(folder: Path) -> None:
-        run_python("litestereo.soc.flow.generate", board, str(folder), json.dumps(changes), folder=folder, log="generate.log")
+        run_python("litestereo.soc.flow.generate", board, str(folder), json.dumps(changes), folder=folder,
+            log="generate.log")
 
     folder = built_once(build_directory() / "boards" / f"{board}-{key}", generate)
 

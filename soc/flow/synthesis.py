@@ -51,7 +51,7 @@ PRIMITIVES = {
 # Top Level ----------------------------------------------------------------------------------------
 
 class SynthesisTop(LiteXModule):
-    """A matcher behind shift registers: two pins besides the clock, and registers around everything."""
+    """A matcher behind shift registers: two pins and the clock, and registers around everything."""
     def __init__(self, matcher):
         self.matcher  = matcher
         self.cd_sys   = ClockDomain("sys")
@@ -64,7 +64,7 @@ class SynthesisTop(LiteXModule):
         add_shift_registers(self, inputs, outputs)
 
 def add_shift_registers(top, inputs, outputs):
-    """Drive `inputs` from the pin `data_in` and show `outputs` at the pin `data_out`, bit by bit, so that all of them count."""
+    """Drive `inputs` from the pin `data_in` and show `outputs` at the pin `data_out`, bit by bit, so that all count."""
     shifted  = Signal(sum(len(one) for one in inputs))
     captured = Signal(sum(len(one) for one in outputs))
     shifting = Signal(len(captured))

@@ -38,7 +38,8 @@ AVAILABLE = {
     "atlys":           Resources(lut=27288, cells=27288, ff=54576, bram=116, dsp=58), # XC6SLX45
 }
 
-# Synthesis of each family by Yosys; it has no model of the GW2A's DLL, which DDR3 needs: a black box will do for counting.
+# Synthesis of each family by Yosys; it has no model of the GW2A's DLL, which DDR3 needs: a black box will do for
+# counting.
 SYNTHESIS = {
     "7-series":  f"synth_xilinx -family xc7 -top {TOP}",
     "Spartan-6": f"synth_xilinx -family xc6s -top {TOP}",
@@ -80,7 +81,10 @@ def counts(made: Sources) -> Resources:
     return resources(built_once(build_directory() / "boards" / f"{made.board['board']}-counted-{key}", build), family)
 
 def deliver(made: Sources, counted: Resources) -> Path:
-    """Copy what the vendor's tool needs to `build/<board>/gateware`, beside it flash image and report; return `build/<board>`."""
+    """Copy what the vendor's tool needs to `build/<board>/gateware`, flash image and report beside it.
+
+    Return `build/<board>`.
+    """
     board  = made.board
     folder = build_directory() / board["board"]
     shutil.rmtree(folder, ignore_errors=True)

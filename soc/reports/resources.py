@@ -23,7 +23,8 @@ MAX_WIDTH = 640
 BARE      = ("raw",)
 
 # Disparities, largest block, features: on the ECP5, and on all families.
-ECP5_BUILDS = [(disparities, 9, features) for disparities in (16, 32, 64, 128) for features in (BARE, OPENCV_FEATURES)] + [
+ECP5_BUILDS = [(disparities, 9, features) for disparities in (16, 32, 64, 128)
+    for features in (BARE, OPENCV_FEATURES)] + [
     (64, 15, OPENCV_FEATURES), (64, 21, OPENCV_FEATURES), (64, 15, FEATURES), (32, 15, OPENCV_FEATURES)]
 ALL_BUILDS  = [(16, 9, BARE), (16, 9, OPENCV_FEATURES), (64, 15, OPENCV_FEATURES)]
 FULL        = (64, 15, FEATURES) # What each feature is taken from, to see what it costs.
@@ -94,21 +95,23 @@ def memory_section() -> str:
 def small_device_section(result: Resources) -> str:
     """What the smallest device would have to trade."""
     disparities, block, features = SMALL_DEVICE_BUILD
-    return (f"## The LFE5U-25F\n\n{disparities} disparities at block {block} with all of {name_of(features)}'s stages take "
-        f"{result.bram:g} block RAMs and {result.lut} sites of logic; the LFE5U-25F has {SMALL_DEVICE_BRAM} and "
-        f"{SMALL_DEVICE_SITES}. It has room for half the disparities with every stage, or for all of them with few stages: see the "
-        "placements below. Images of at most 512 columns would halve the blocks of the column sums, the largest memory.\n")
+    return (f"## The LFE5U-25F\n\n{disparities} disparities at block {block} with all of {name_of(features)}'s stages "
+        f"take {result.bram:g} block RAMs and {result.lut} sites of logic; the LFE5U-25F has {SMALL_DEVICE_BRAM} and "
+        f"{SMALL_DEVICE_SITES}. It has room for half the disparities with every stage, or for all of them with few "
+        "stages: see the placements below. Images of at most 512 columns would halve the blocks of the column sums, the "
+        "largest memory.\n")
 
 def placement_row(case: tuple, result: Placement | None) -> list:
     """A placement, or that there is none."""
     device, constraint, disparities, block, features = case
+    built = [f"LFE5U-{device.upper()[:-1]}F", disparities, block, name_of(features), constraint]
     if result is None:
-        return [f"LFE5U-{device.upper()[:-1]}F", disparities, block, name_of(features), constraint, "does not fit", "", "", "", ""]
+        return [*built, "does not fit", "", "", "", ""]
     cells = [f"{used} of {result.sites[kind]} ({100*used//result.sites[kind]} %)" for kind, used in result.used.items()]
-    return [f"LFE5U-{device.upper()[:-1]}F", disparities, block, name_of(features), constraint, f"{result.mhz:.1f}", *cells]
+    return [*built, f"{result.mhz:.1f}", *cells]
 
 def document() -> str:
-    """The document; runs whatever has not been run yet."""
+    """The document; runs what has not been run yet."""
     without_builds = {feature: (FULL[0], FULL[1], tuple(name for name in FEATURES if name != feature and not
         (feature == "xsobel" and name == "texture"))) for feature in FEATURES}
     jobs = [("ECP5", build) for build in [*ECP5_BUILDS, *without_builds.values()]]
@@ -118,16 +121,17 @@ def document() -> str:
         placed  = list(pool.map(lambda case: fits(case[0], case[1], MAX_WIDTH, *case[2:]), PLACEMENTS))
     parts = [HEADER.format(width=MAX_WIDTH, tools=tools(), commit=commit()), "## Lattice ECP5\n",
         table(COLUMNS, [row(build, results["ECP5", build]) for build in ECP5_BUILDS]),
-        f"## What a feature costs\n\n{FULL[0]} disparities, block {FULL[1]}, ECP5: all features, minus all features except this "
-        "one. Without the prefilter there is no texture test either.\n",
+        f"## What a feature costs\n\n{FULL[0]} disparities, block {FULL[1]}, ECP5: all features, minus all features except "
+        "this one. Without the prefilter there is no texture test either.\n",
         feature_table(results["ECP5", FULL], {name: results["ECP5", build] for name, build in without_builds.items()})]
     parts += [memory_section(), small_device_section(results["ECP5", SMALL_DEVICE_BUILD])]
     for family in FAMILIES:
         if family != "ECP5":
             parts += [f"## {family}\n", table(COLUMNS, [row(build, results[family, build]) for build in ALL_BUILDS])]
-    parts += [f"## Place and route on an ECP5\n\nThe matcher alone behind shift registers, package {PACKAGE}, speed grade "
-        f"{SPEED_GRADE} (the slowest), seed {SEED}. A combinational site is a LUT4 or half a carry.\n",
-        table(["device", "disparities", "block", "features", "constraint, MHz", "MHz", "combinational", "FF", "BRAM", "DSP"],
+    parts += [f"## Place and route on an ECP5\n\nThe matcher alone behind shift registers, package {PACKAGE}, speed "
+        f"grade {SPEED_GRADE} (the slowest), seed {SEED}. A combinational site is a LUT4 or half a carry.\n",
+        table(["device", "disparities", "block", "features", "constraint, MHz", "MHz", "combinational", "FF", "BRAM",
+            "DSP"],
             [placement_row(case, result) for case, result in zip(PLACEMENTS, placed)])]
     return "\n".join(parts)
 

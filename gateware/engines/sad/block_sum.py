@@ -50,7 +50,7 @@ class BlockSum(LiteXModule):
             self.comb += cost.eq(result)
 
     def add_ring(self, parameters, stages):
-        """Ring of the last block_size columns; return the sums that enter the blocks and those that leave, at clock 1."""
+        """Keep the last block_size columns; return the sums that enter the blocks and those that leave, at clock 1."""
         bits   = parameters.lanes*parameters.column_bits
         memory = Memory(bits, parameters.max_block_size, name="block_columns")
         read   = memory.get_port(async_read=True)

@@ -17,20 +17,20 @@ from .vote_row         import VoteRow
 
 FIFO_DEPTH = 16
 
-# From the last winner of a row until the rows may swap: the register of its vote, the two of `VoteRow`, the write, and one
-# to spare.
+# From the last winner of a row until the rows may swap: the register of its vote, the two of `VoteRow`, the write, and
+# one to spare.
 SWAP_CLOCKS = 1 + 2 + 1 + 1
 
 @ResetInserter()
 class LeftRight(LiteXModule):
     """Left-right check: refuse a winner that leads to columns of the right image which belong to other disparities.
 
-    It is cv2.StereoBM's disp12MaxDiff. In a first pass over a row each winner votes for the column of the right image that
-    it leads to. In a second pass, `LeftRightCheck`, the winners are compared with the votes. There are two rows of votes:
-    while the winners of a row vote, those of the row before are checked. Then the rows swap.
+    It is cv2.StereoBM's disp12MaxDiff. In a first pass over a row each winner votes for the column of the right image
+    that it leads to. In a second pass, `LeftRightCheck`, the winners are compared with the votes. There are two rows of
+    votes: while the winners of a row vote, those of the row before are checked. Then the rows swap.
 
-    While `left_right` is 1, a row of the sink has `outer` winners more on either side than a row of the source. The outer
-    winners vote but do not come out; the very first one does not vote either.
+    While `left_right` is 1, a row of the sink has `outer` winners more on either side than a row of the source. The
+    outer winners vote but do not come out; the very first one does not vote either.
     """
     def __init__(self, parameters):
         layout  = winner_layout(parameters)

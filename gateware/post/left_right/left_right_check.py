@@ -22,13 +22,14 @@ FLUSH_CLOCKS = LOOK_UP_CLOCKS + ANSWER_CLOCKS
 
 @ResetInserter()
 class LeftRightCheck(LiteXModule):
-    """Second pass of the left-right check over a row: look up the two columns that each winner leads to, then forget them.
+    """Second pass of the left-right check over a row: look up the two columns that each winner leads to, then forget
+    them.
 
     Winners of the row are read from a memory. A winner leads to the column of its disparity rounded down and to that of
     its disparity rounded up. It is refused if both columns hold a winner that differs by more than the limit.
 
-    For example, with `shift` 15 the winner of step 20 and disparity 2.5 leads to columns 20 + 15 - 2 = 33 and 32. Columns
-    are numbered from the right image's first one, and two neighbours, 2*n and 2*n + 1, are column pair n.
+    For example, with `shift` 15 the winner of step 20 and disparity 2.5 leads to columns 20 + 15 - 2 = 33 and 32.
+    Columns are numbered from the right image's first one, and two neighbours, 2*n and 2*n + 1, are column pair n.
     """
     def __init__(self, parameters):
         columns   = parameters.max_width

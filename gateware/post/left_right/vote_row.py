@@ -22,8 +22,8 @@ class VoteRow(LiteXModule):
     """For each column of a row of the right image, the cheapest winner that leads to it.
 
     While `voting` is 1 winners vote, one per clock: the smallest cost keeps a column, and of equal costs the first.
-    While it is 0, columns are looked up and forgotten, two of each per clock: an even one and an odd one, each kind in a
-    memory of its kind. What a memory holds outlives a reset: `LeftRight` wipes it when a frame begins.
+    While it is 0, columns are looked up and forgotten, two of each per clock: an even one and an odd one, each kind in
+    a memory of its kind. What a memory holds outlives a reset: `LeftRight` wipes it when a frame begins.
     """
     def __init__(self, parameters):
         layout      = winner_layout(parameters)

@@ -12,7 +12,7 @@ from importlib.metadata import Distribution
 
 from license_expression import Licensing, get_spdx_licensing
 
-#: Classifiers and texts of the field License that stand for one licence alone; those of BSD do not say which.
+#: Classifiers and texts of the field License that mean one licence alone; those of BSD do not say which.
 NAMES = {
     "Apache Software License":                   "Apache-2.0",
     "Apache 2.0":                                "Apache-2.0",
@@ -70,7 +70,7 @@ def licence(package: Distribution, name: str) -> tuple[str, str]:
     if name in READ:
         expression, *files = READ[name]
         return expression, ", ".join(files)
-    # `get`, as the backport of importlib.metadata, once somebody has imported it, raises for what is not there.
+    # `get`, as the backport of importlib.metadata, once it has been imported, raises for what is not there.
     metadata   = package.metadata
     expression = metadata.get("License-Expression")
     if expression:
