@@ -17,19 +17,19 @@ DISPARITY_SHIFT = 4  # Fractional bits of that.
 # Layouts ------------------------------------------------------------------------------------------
 
 def pixel_pair_layout(bits=PIXEL_BITS):
-    """Left and right pixel of the same row and column, raster order, `first`/`last` mark the frame."""
+    """Return left and right pixel of one row and column; in raster order, `first` and `last` mark the frame."""
     return [("left", bits), ("right", bits)]
 
 def old_pair_layout(bits):
-    """A pixel pair, and the one block_size rows above it, which leaves the block."""
+    """Return a pixel pair, and the one block_size rows above it, which leaves the block."""
     return pixel_pair_layout(bits) + [("left_old", bits), ("right_old", bits)]
 
 def disparity_layout():
-    """One pixel of the disparity map, raster order, `first`/`last` mark the frame."""
+    """Return one pixel of the disparity map; in raster order, `first` and `last` mark the frame."""
     return [("disparity", DISPARITY_BITS)]
 
 def winner_layout(parameters):
-    """A disparity of the valid region, relative to the smallest one that is searched."""
+    """Return a disparity of the valid region, relative to the smallest one that is searched."""
     return [
         ("found",     1),                                                         # There is one.
         ("disparity", bits_for((parameters.disparities - 1) << DISPARITY_SHIFT)), # Sixteenths of a pixel.

@@ -21,7 +21,7 @@ from ..common import *
 # Layouts ------------------------------------------------------------------------------------------
 
 def position_layout(parameters):
-    """Position of a step of the pipeline; `Raster` draws a frame of them."""
+    """Return the position of a step of the pipeline; `Raster` draws a frame of steps."""
     return [
         # Step of the raster, and what comes in with it.
         ("column",      bits_for(parameters.max_slots)),    # Number of the step in its row.
@@ -46,15 +46,15 @@ def position_layout(parameters):
     ]
 
 def positioned_pair_layout(parameters):
-    """What an engine gets: a filtered pixel pair, the one that leaves the block, and their position."""
+    """Return what an engine gets: a filtered pixel pair, the one that leaves the block, and their position."""
     return old_pair_layout(parameters.filtered_bits) + position_layout(parameters)
 
 def lanes_layout(name, bits, parameters):
-    """One number per lane, lane 0 in the low bits, and the position."""
+    """Return one number per lane, lane 0 in the low bits, and the position."""
     return [(name, parameters.lanes*bits)] + position_layout(parameters)
 
 def cost_layout(parameters):
-    """What an engine gives: `costs`, a lane per disparity and then that of the texture, and the position."""
+    """Return what an engine gives: `costs`, a lane per disparity and then that of the texture, and the position."""
     return lanes_layout("costs", parameters.cost_bits, parameters)
 
 # Position -----------------------------------------------------------------------------------------

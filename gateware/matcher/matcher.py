@@ -106,7 +106,7 @@ class Matcher(LiteXModule):
     # Datapath -------------------------------------------------------------------------------------
 
     def add_front(self):
-        """Raster, prefilter, line buffer and alignment: pixel pairs in, positioned pairs out."""
+        """Build raster, prefilter, line buffer and alignment: pixel pairs in, positioned pairs out."""
         self.raster      = Raster(self.parameters)
         self.prefilter   = Prefilter(self.parameters)
         self.line_buffer = LineBuffer(self.parameters)
@@ -153,7 +153,7 @@ class Matcher(LiteXModule):
         self.comb  += connect_pipeline(self.alignment.source, engine.sink)
 
     def add_post(self):
-        """Selection, winners' FIFO, left-right check, border and median: cost lanes in, the map out."""
+        """Build selection, winners' FIFO, left-right check, border and median: cost lanes in, the map out."""
         self.selection        = Selection(self.parameters)
         self.fifo             = stream.SyncFIFO(winner_layout(self.parameters), depth=self.fifo_depth())
         self.left_right_stage = LeftRight(self.parameters)
@@ -175,7 +175,7 @@ class Matcher(LiteXModule):
         return 2**bits_for(sum(core.latency for core in self.pipeline()) + UNCOUNTED_STEPS)
 
     def add_credit(self):
-        """Credit for as many results as the FIFO holds."""
+        """Give credit for as many results as the FIFO holds."""
         fifo       = self.fifo
         used       = Signal(max=fifo.depth + 1)
         take, give = Signal(), Signal()

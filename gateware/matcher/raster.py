@@ -77,7 +77,7 @@ class Raster(LiteXModule):
         self.add_position(parameters.ahead, self.add_steps())
 
     def add_thresholds(self, parameters):
-        """What steps and rows are compared with, registered: settings are stable before the first comparison counts.
+        """Register what steps and rows are compared with: settings are stable before the first comparison counts.
 
         Steps of a row and rows are numbered from 0, so step s is the pixel of column s - ahead. All are attributes of
         `thresholds`.

@@ -70,9 +70,9 @@ class ColumnSum(LiteXModule):
             self.comb += total.eq(result[1:])
 
     def add_memory(self, parameters, stages):
-        """Sums of the row above, with a register after the memory: block RAM is slow to answer.
+        """Return the sums of the row above, with a register after the memory: block RAM is slow to answer.
 
-        In pieces of a block RAM's width at a depth of 1024: left alone, Yosys stacks wider ones, with multiplexers.
+        The memory is in pieces as wide as a block RAM of 1024 words: Yosys would stack wider ones, with multiplexers.
         """
         bits      = parameters.lanes*parameters.column_bits
         above_row = Signal(bits, reset_less=True)

@@ -10,7 +10,7 @@ from ..costs import position_layout
 # Difference Pair ----------------------------------------------------------------------------------
 
 def difference_pair_layout(parameters):
-    """Per lane the absolute difference that enters the sums and the one that leaves them, and the position.
+    """Return per lane the absolute difference that enters the sums and the one that leaves them, and the position.
 
     Each is a number with a carry: see `with_carry`.
     """

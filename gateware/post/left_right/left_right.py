@@ -116,7 +116,7 @@ class LeftRight(LiteXModule):
         )
 
     def add_memory(self, columns):
-        """Winners on their way from the first pass to the second one, two rows of them."""
+        """Keep the winners from the first pass until the second one, two rows of them."""
         second_pass = self.second_pass
         memory = Memory(1 + len(self.sink.disparity), 2**(bits_for(columns - 1) + 1), name="left_right_winners")
         write  = memory.get_port(write_capable=True, mode=READ_FIRST)
@@ -160,7 +160,7 @@ class LeftRight(LiteXModule):
             )
 
     def add_output(self, layout):
-        """Winners: through both passes, or straight to the source."""
+        """Lead the winners through both passes, or straight to the source."""
         second_pass = self.second_pass
         self.fifo   = fifo = stream.SyncFIFO(layout, FIFO_DEPTH)
         # Two more than the latency may be under way: the level and the credit are a clock late each.

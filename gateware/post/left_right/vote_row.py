@@ -22,15 +22,15 @@ class VoteRow(LiteXModule):
     """For each column of a row of the right image, the cheapest winner that leads to it.
 
     While `voting` is 1 winners vote, one per clock: the smallest cost keeps a column, and of equal costs the first.
-    While it is 0, columns are looked up and forgotten, two of each per clock: an even one and an odd one, each kind in
-    a memory of its kind. What a memory holds outlives a reset: `LeftRight` wipes it when a frame begins.
+    While it is 0, columns are looked up and forgotten, two of each per clock: an even one and an odd one, in a
+    memory each. What a memory holds outlives a reset: `LeftRight` wipes it when a frame begins.
     """
     def __init__(self, parameters):
         layout      = winner_layout(parameters)
         bits        = sum(width for _, width in layout)
         depth       = (parameters.max_width + 1)//2
         column_bits = bits_for(parameters.max_width - 1)
-        self.voting      = Signal()                                            # Winners vote; else they are looked up.
+        self.voting      = Signal()                                            # Winners vote; else columns are looked up.
         self.vote        = stream.Endpoint(layout + [("column", column_bits)]) # Pipeline.
         self.look_up     = [Signal(max=depth, name="even"), Signal(max=depth, name="odd")] # Columns, halved.
         self.holds       = [stream.Endpoint(layout), stream.Endpoint(layout)]  # Their winners, two clocks later.
@@ -44,9 +44,9 @@ class VoteRow(LiteXModule):
         self.comb += stored.eq(Mux(writing.column[0], data[1], data[0]))
 
     def add_vote(self, layout, bits):
-        """Compare a vote with what its column holds; return the vote, what is written, and what memory holds.
+        """Compare a vote with what its column holds, where the two votes before it are not in memory yet.
 
-        The two votes before it are not in memory yet.
+        Return the vote, what is written, and the Signal that takes what memory holds.
         """
         next_vote = stream.Endpoint(self.vote.description)
         writing   = stream.Endpoint(self.vote.description)
@@ -81,7 +81,7 @@ class VoteRow(LiteXModule):
         return writing, written, stored
 
     def add_memories(self, layout, bits, depth, writing, written):
-        """Memories of even and of odd columns; return what they show."""
+        """Build the memories of even and of odd columns; return what they show."""
         data = []
         for parity in range(2):
             memory = Memory(bits, depth, name=f"votes_{('even', 'odd')[parity]}")

@@ -15,10 +15,10 @@ from ...common import *
 
 @ResetInserter()
 class Neighbours(LiteXModule):
-    """The costs of the lanes beside the winner.
+    """The costs of the two lanes next to the winner.
 
-    The two are two lanes apart, so lanes whose numbers are equal modulo 4 share a multiplexer: at most one of the two
-    is among them. At the ends of the range one of the neighbours is undefined.
+    They are two lanes apart, so lanes whose numbers are equal modulo 4 share a multiplexer: at most one of the two is
+    among them. At the ends of the range one of the neighbours is undefined.
     """
     def __init__(self, parameters):
         lanes, bits = parameters.disparities, parameters.cost_bits
