@@ -30,7 +30,7 @@ class VoteRow(LiteXModule):
         bits        = sum(width for _, width in layout)
         depth       = (parameters.max_width + 1)//2
         column_bits = bits_for(parameters.max_width - 1)
-        self.voting      = Signal()                                            # Winners vote; else columns are looked up.
+        self.voting      = Signal()                                            # Winners vote; else look-ups.
         self.vote        = stream.Endpoint(layout + [("column", column_bits)]) # Pipeline.
         self.look_up     = [Signal(max=depth, name="even"), Signal(max=depth, name="odd")] # Columns, halved.
         self.holds       = [stream.Endpoint(layout), stream.Endpoint(layout)]  # Their winners, two clocks later.
