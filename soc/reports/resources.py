@@ -98,8 +98,8 @@ def small_device_section(result: Resources) -> str:
     return (f"## The LFE5U-25F\n\n{disparities} disparities at block {block} with all of {name_of(features)}'s stages "
         f"take {result.bram:g} block RAMs and {result.lut} sites of logic; the LFE5U-25F has {SMALL_DEVICE_BRAM} and "
         f"{SMALL_DEVICE_SITES}. It has room for half the disparities with every stage, or for all of them with few "
-        "stages: see the placements below. Images of at most 512 columns would halve the blocks of the column sums, the "
-        "largest memory.\n")
+        "stages: see the placements below. Images of at most 512 columns would halve the blocks of the column sums, "
+        "the largest memory.\n")
 
 def placement_row(case: tuple, result: Placement | None) -> list:
     """A placement, or that there is none."""
@@ -121,8 +121,8 @@ def document() -> str:
         placed  = list(pool.map(lambda case: fits(case[0], case[1], MAX_WIDTH, *case[2:]), PLACEMENTS))
     parts = [HEADER.format(width=MAX_WIDTH, tools=tools(), commit=commit()), "## Lattice ECP5\n",
         table(COLUMNS, [row(build, results["ECP5", build]) for build in ECP5_BUILDS]),
-        f"## What a feature costs\n\n{FULL[0]} disparities, block {FULL[1]}, ECP5: all features, minus all features except "
-        "this one. Without the prefilter there is no texture test either.\n",
+        f"## What a feature costs\n\n{FULL[0]} disparities, block {FULL[1]}, ECP5: all features, minus all features "
+        "except this one. Without the prefilter there is no texture test either.\n",
         feature_table(results["ECP5", FULL], {name: results["ECP5", build] for name, build in without_builds.items()})]
     parts += [memory_section(), small_device_section(results["ECP5", SMALL_DEVICE_BUILD])]
     for family in FAMILIES:
