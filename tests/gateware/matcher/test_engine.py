@@ -94,3 +94,16 @@ def test_what_is_none(wrong, message):
     """Another layout, another number of lanes, a latency that depends on something."""
     with pytest.raises(ValueError, match=message):
         check_engine(engine(**wrong), BUILT)
+
+
+class WrongMatcher(Matcher):
+    """A matcher whose engine does not know its latency."""
+
+    def make_engine(self):
+        return engine(latency=None)
+
+
+def test_matcher_refuses_what_is_none():
+    """When it is built, by name."""
+    with pytest.raises(ValueError, match="LiteXModule.latency must be a number of clocks"):
+        WrongMatcher(64, 100, 16, 5)
