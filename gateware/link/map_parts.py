@@ -18,7 +18,7 @@ class MapParts(LiteXModule):
     """Keep parts of the map that is being computed until they are sent, each as a message.
 
     The matcher does not wait for the wire: a part that finds no room when it begins is left out. Memory has the whole
-    map.
+    map. It is reset with its clock domain alone.
 
     Parameters
     ----------

@@ -15,7 +15,10 @@ from .message import *
 # Message Arbiter ----------------------------------------------------------------------------------
 
 class MessageArbiter(LiteXModule):
-    """Pass on the messages of two sources, in turns of one message while both have one."""
+    """Pass on the messages of two sources, in turns of one message while both have one.
+
+    It is reset with its clock domain alone.
+    """
     def __init__(self):
         self.sinks    = [stream.Endpoint(job_layout())   for _ in range(2)] # Messages of each source.
         self.payloads = [stream.Endpoint([("data", 32)]) for _ in range(2)] # Their payloads.

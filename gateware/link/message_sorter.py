@@ -27,6 +27,8 @@ class MessageSorter(LiteXModule):
 
     Each path ends in BEGIN; a chunk that is not wanted goes from JUDGE or JUDGE-PAIRS to DROP.
 
+    It is reset with its clock domain alone.
+
     Parameters
     ----------
     table : SlotTable

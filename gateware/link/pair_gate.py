@@ -22,6 +22,8 @@ class PairGate(LiteXModule):
     other and is closed when the last pair has passed, or by `close`, which discards what is under way.
 
     A chunk that fits is admitted by `begin`, in the clock of its verdict; then its words come.
+
+    It is reset with its clock domain alone.
     """
     def __init__(self):
         self.sink    = stream.Endpoint([("data", 32)])      # Payload of a chunk, two pairs a word, the first one low.

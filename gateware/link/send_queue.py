@@ -24,6 +24,8 @@ class SendQueue(LiteXModule):
 
     A message is offered once all of its payload is in the queue: the wire does not wait.
 
+    It is reset with its clock domain alone.
+
     Parameters
     ----------
     reader : StreamReader

@@ -34,7 +34,7 @@ class SlotTable(LiteXModule):
     the right image; the last one of each has 452 bytes.
 
     A chunk that fits is written by `MessageSorter`, and then marked as arrived by `set`. The verdict, with `found` and
-    `address`, holds until the next chunk is judged.
+    `address`, holds until the next chunk is judged. It is reset with its clock domain alone.
 
     Parameters
     ----------

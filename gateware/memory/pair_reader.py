@@ -24,6 +24,8 @@ class PairReader(LiteXModule):
     A frame runs from `start` (one clock, while `idle`) to its last pixel. `stop`, held until `idle`, gives it up:
     no more words are asked for, and those under way are discarded.
 
+    It is reset with its clock domain alone, and its memory with it: an answer under way would be taken for a later one.
+
     Parameters
     ----------
     port : wishbone.Interface or LiteDRAMNativePort

@@ -20,6 +20,8 @@ class StreamReader(LiteXModule):
     The base address is a multiple of the port's word. A block runs from `start` (one clock, while `idle`) to the item
     marked last; the last item may reach beyond `length` bytes.
 
+    It is reset with its clock domain alone, and its memory with it: an answer under way would be taken for a later one.
+
     Parameters
     ----------
     port : wishbone.Interface or LiteDRAMNativePort

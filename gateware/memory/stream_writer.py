@@ -23,6 +23,8 @@ class StreamWriter(LiteXModule):
     A block runs from `start` (one clock, while `idle`) to the item marked last. `stop`, held until `idle`, gives it up:
     words under way are written, the others are discarded.
 
+    It is reset with its clock domain alone, and its memory with it: an answer under way would be taken for a later one.
+
     Parameters
     ----------
     port : wishbone.Interface or LiteDRAMNativePort

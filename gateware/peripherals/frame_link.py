@@ -10,8 +10,8 @@ from litex.gen import *
 from litex.soc.interconnect import stream
 
 from ..common               import *
-from ..link.message         import *
 from ..link.map_parts       import MapParts
+from ..link.message         import *
 from ..link.message_arbiter import MessageArbiter
 from ..link.message_buffer  import MessageBuffer
 from ..link.message_framer  import MessageFramer
@@ -30,6 +30,8 @@ class FrameLink(FrameLinkCSR, LiteXModule):
     """Write images from datagrams to memory, and send maps and the firmware's replies from memory as datagrams.
 
     Streamed frames bypass memory: pairs go from datagrams to `pairs`, and the map from `map` to datagrams.
+
+    It is reset with its clock domain alone.
 
     Parameters
     ----------

@@ -19,7 +19,8 @@ class ScreenArbiter(LiteXModule):
     """Give the memory to the screen alone from when a quarter of its FIFO is left until the FIFO is almost full.
 
     The matcher takes all that the memory can give, and a screen does not wait. Between its turns the screen asks for
-    nothing: a single word of it would cost the other masters an open row of the RAM.
+    nothing: a single word of it would cost the other masters an open row of the RAM. It is reset with its clock
+    domain alone.
 
     Parameters
     ----------

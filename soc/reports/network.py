@@ -82,8 +82,8 @@ class NetworkTop(LiteXModule):
 
         table, sorter, queue, gate = link.table, link.sorter, link.queue, link.gate
         inputs = [sorter.enable, sorter.token, sorter.peer_address, sorter.peer_port, sorter.mailbox_base,
-            sorter.consumed, table.slot, table.frame_id, table.base, table.pixels, table.open, table.close, table.arrived_index,
-            *queue.job.flatten(), queue.reply, queue.burst, queue.abort, link.matching,
+            sorter.consumed, table.slot, table.frame_id, table.base, table.pixels, table.open, table.close,
+            table.arrived_index, *queue.job.flatten(), queue.reply, queue.burst, queue.abort, link.matching,
             gate.frame_id, gate.pixels, gate.open, gate.close, link.sequence,
             link.pairs.ready, link.map.valid, link.map.last, link.map.disparity,
             ports["read"].cmd.ready, ports["read"].rdata.valid, ports["read"].rdata.data,
