@@ -22,12 +22,12 @@ from ..core.errors import ImageError, UsageError
 from ..core.features import Feature
 from ..core.settings import DISPARITY_STEP, MatcherSettings
 from ..data.datasets import load_motorcycle
+from ..data.layouts import find_samples
+from ..data.samples import SampleFiles
 from ..devices.connect import connect
-from ..evaluation.layouts import find_samples
 from ..evaluation.matchers import OPENCV, check_opencv, opencv_name
 from ..evaluation.metrics import METRICS
 from ..evaluation.report import as_json, means, table, write_csv
-from ..evaluation.samples import SampleFiles
 from ..evaluation.work import Job, LoadedSample, evaluate, tasks_of
 from .arguments import DEVICE_VARIABLE, Parser, add_json, count, device_url, positive
 from .matching import add_settings, chosen_settings, chosen_speckle_filter

@@ -18,8 +18,8 @@ import rich.table
 import rich.text
 
 from ..core.errors import ImageError
+from ..data.regions import REGIONS
 from .metrics import METRICS
-from .regions import REGIONS
 from .work import Row
 
 #: Metrics of the table, and the heads of their columns: as many as a terminal of 80 characters takes.

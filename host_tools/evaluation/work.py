@@ -16,11 +16,11 @@ from ..core.images import disparity_pixels
 from ..core.settings import MatcherSettings
 from ..core.speckle import SpeckleFilter
 from ..data.datasets import StereoPair
+from ..data.regions import regions
+from ..data.samples import Sample, SampleFiles
 from .matchers import is_shared, open_matcher
 from .metrics import measure
 from .parallel import in_processes, on_cluster
-from .regions import regions
-from .samples import Sample, SampleFiles
 
 
 @dataclass(frozen=True)

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from litestereo.host_tools.core.errors import ImageError
+from litestereo.host_tools.data.regions import near_steps, regions, visible_in_both
 from litestereo.host_tools.evaluation.metrics import METRICS, measure
-from litestereo.host_tools.evaluation.regions import near_steps, regions, visible_in_both
 from support.pairs import generator
 
 

@@ -11,7 +11,7 @@ import pytest
 
 from litestereo.host_tools.cameras.calib_txt import read_calib
 from litestereo.host_tools.core.errors import DatasetError, GeometryError
-from litestereo.host_tools.evaluation.layouts import find_samples
+from litestereo.host_tools.data.layouts import find_samples
 from support import data_sets
 from support.data_sets import HEIGHT, SHIFT, WIDTH
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from ..core.errors import DatasetError
 from ..core.images import read_grey, read_image
-from ..data.ground_truth import read_ground_truth
+from .ground_truth import read_ground_truth
 from .regions import regions
 
 #: What stands in a mask of Middlebury for a pixel of the region; other grey values say why it is none.
