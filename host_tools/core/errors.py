@@ -3,23 +3,45 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Errors of the host tools: each message is one line that says what is wrong and what to do about it."""
+"""Errors of the host tools: each message is one line that says what is wrong and what to do about it.
+
+::
+
+    LiteStereoError
+    ├── UsageError              wrong call: exit status 2
+    │   ├── UrlError            device URL
+    │   └── SettingsError       matcher parameter, on any device
+    ├── UnsupportedError        matcher parameter, on this device
+    ├── ImageError              file or image
+    ├── FirmwareError           firmware file
+    ├── GeometryError           cameras
+    ├── DatasetError            data set
+    ├── WorkerError             processes or Dask cluster
+    ├── MissingExtraError       package
+    ├── ViewerError             viewer or recording
+    ├── DeviceError             device or its link
+    │   ├── LinkTimeout         no answer
+    │   ├── SessionLost         session ended by the device
+    │   └── DeviceRefused       ERROR reply
+    │       └── UpdateFailed    firmware refused
+    └── ProtocolError           bytes of the link
+"""
 
 
 class LiteStereoError(Exception):
-    """Base of every error that the host tools raise for a reason outside of their own code."""
+    """Base of all errors whose cause is outside of the host tools' own code."""
 
 
 class UsageError(LiteStereoError):
-    """An argument that no device could accept: a malformed URL, an impossible parameter."""
+    """A wrong call: an argument that is malformed, or impossible on every device."""
 
 
 class UrlError(UsageError):
-    """A device URL that cannot be understood."""
+    """A device URL that cannot be parsed."""
 
 
 class SettingsError(UsageError):
-    """A matcher parameter with a value that no device takes."""
+    """A matcher parameter whose value no device accepts."""
 
 
 class UnsupportedError(LiteStereoError):
@@ -27,27 +49,27 @@ class UnsupportedError(LiteStereoError):
 
 
 class ImageError(LiteStereoError):
-    """A file that is not to be read or written, or images that do not fit each other or the device."""
+    """A file that cannot be read or written, or images that do not fit each other or the device."""
 
 
 class FirmwareError(LiteStereoError):
-    """A file that is not to be read, is damaged, or is no firmware for the device."""
+    """A firmware file that cannot be read, is damaged, or is not for this device."""
 
 
 class GeometryError(LiteStereoError):
-    """Cameras that cannot be: a focal length or a baseline that is not above 0."""
+    """Cameras that cannot be one rectified pair, or a calibration that cannot be read."""
 
 
 class DatasetError(LiteStereoError):
-    """A data set that is neither in the cache nor to be fetched."""
+    """A data set that is missing, cannot be downloaded, or contradicts itself."""
 
 
 class WorkerError(LiteStereoError):
-    """Processes, or a Dask cluster, that are not there or do not do what they were asked to."""
+    """A worker process or a Dask cluster that is missing or has failed."""
 
 
 class MissingExtraError(LiteStereoError):
-    """A package that only some commands need, and that is not installed."""
+    """A package that only some commands need is not installed."""
 
 
 class OpenCVError(LiteStereoError):
@@ -83,8 +105,8 @@ class DeviceRefused(DeviceError):
 
 
 class UpdateFailed(DeviceRefused):
-    """A firmware that the device gave up; `code` is a failure of the protocol's table of progress."""
+    """A firmware that the device has refused; `code` is a failure of the protocol's table of progress."""
 
 
 class ProtocolError(LiteStereoError):
-    """Bytes that are not what the link protocol says, or a protocol version that this host does not speak."""
+    """Bytes that violate the link protocol, or a protocol version that this host does not support."""
