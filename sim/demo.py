@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""The demonstration: a real pair through the full system in litex_sim, each pixel checked against OpenCV."""
+"""The demonstration: a real pair through the full system in litex_sim, each pixel compared with OpenCV's."""
 
 from __future__ import annotations
 
@@ -17,25 +17,25 @@ import rich.console
 import rich.progress
 
 from ..host_tools.core.errors import LiteStereoError
-from ..host_tools.core.images import write_disparity
+from ..host_tools.core.images import disparity_pixels, write_disparity
 from ..host_tools.core.settings import MatcherSettings
 from ..host_tools.data.datasets import StereoPair, downscale, load_motorcycle
 from ..host_tools.devices.connect import Result, connect
-from ..host_tools.evaluation.quality import rate
+from ..host_tools.evaluation.metrics import measure_map, summary_texts
 from ..soc.build.paths import build_directory
 from .models.stereo_bm import StereoSettings, stereo_bm
 from .system.build import SimulationError
 from .system.simulation import start_simulation
 
-#: The pair is shrunk, because the simulated UART, which is tried as well, carries some kilobytes a second. Then 32
-#: disparities cover it.
+#: The pair is shrunk, because the simulated UART, which is tried too, carries only some kilobytes per second. At this
+#: size 32 disparities reach its nearest point.
 FACTOR     = 3
 SETTINGS   = MatcherSettings(disparities=32, block_size=9)
 CLOCKS_MHZ = (50, 75, 100)
 
 
 def match_over(link: str, url: str, pair: StereoPair) -> Result:
-    """Match the pair on the device at `url`, with bars that show how it goes."""
+    """Match the pair on the device at `url`, with progress bars."""
     with connect(url) as device, rich.progress.Progress(console=rich.console.Console(stderr=True)) as bars:
         tasks: dict[str, rich.progress.TaskID] = {}
 
@@ -48,7 +48,7 @@ def match_over(link: str, url: str, pair: StereoPair) -> Result:
 
 
 def main() -> int:
-    """Run the demonstration; returns the exit status."""
+    """Run the demonstration; return the exit status."""
     started = time.monotonic()
     folder  = build_directory() / "demo"
     folder.mkdir(parents=True, exist_ok=True)
@@ -58,7 +58,7 @@ def main() -> int:
         print("starting the SoC in litex_sim: VexRiscv with its firmware, matcher, 8 MiB of RAM", flush=True)
         with start_simulation() as simulation:
             result   = match_over("Ethernet", f"udp://127.0.0.1:{simulation.udp_port}", pair)
-            # Once more over the other link, to see what Ethernet is worth.
+            # Again over the serial line, to compare the times.
             serial   = match_over("serial line", f"tcp://127.0.0.1:{simulation.port}", pair)
     except (LiteStereoError, SimulationError) as error:
         print(f"demo: error: {error}", file=sys.stderr)
@@ -72,17 +72,16 @@ def main() -> int:
     cv2.imwrite(str(folder / "left.png"), pair.left)
     cv2.imwrite(str(folder / "right.png"), pair.right)
     write_disparity(folder, result.disparity, SETTINGS)
-    quality = rate(result.disparity, pair.truth)
+    quality = measure_map(disparity_pixels(result.disparity, SETTINGS.invalid), pair.truth)
     pixels  = result.disparity.size
     clocks  = result.clocks or 0
-    print(f"settings: {SETTINGS.disparities} disparities, block size {SETTINGS.block_size}, OpenCV's defaults")
+    print(f"settings: {SETTINGS.disparities} disparities, block size {SETTINGS.block_size}, else OpenCV's defaults")
     for name, count in different.items():
         print(f"against {name}: {count} of {pixels} pixels differ")
     print(f"accelerator: {clocks} clocks a frame, {clocks/pixels:.4f} a pixel")
     for mhz in CLOCKS_MHZ:
         print(f"  at {mhz:3} MHz: {mhz*1e6/clocks:7.1f} frames per second of this size")
-    print(f"against the ground truth: bad-2.0 {quality.bad_2_0:.2f} %, mean error {quality.mean_error:.3f} pixels, "
-          f"density {quality.density:.2f} %")
+    print(f"against the ground truth: {', '.join(f'{label} {text}' for label, text in summary_texts(quality).items())}")
     for link, times in (("Ethernet", result), ("serial line", serial)):
         print(f"time over {link}: upload {times.upload_s:.1f} s, match {times.match_s:.1f} s, "
               f"download {times.download_s:.1f} s, in all {times.upload_s + times.match_s + times.download_s:.1f} s")

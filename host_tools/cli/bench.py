@@ -19,14 +19,14 @@ import rich.table
 
 from ..devices.base import DeviceInfo
 from ..devices.connect import connect
-from ..live.benchmark import Bench, measure
+from ..live.benchmark import DeviceSpeed, measure_device
 from .arguments import Parser, add_device, add_json, count
 from .matching import add_settings, chosen_settings
 
-#: Sizes that are measured unless others are asked for, as far as the device takes them.
+#: Sizes that are measured by default, as far as the device accepts them.
 _SIZES = ((160, 120), (320, 240), (640, 480))
 
-#: Width of the table in columns where there is no terminal to tell it.
+#: Width of the table in characters if stdout is not a terminal.
 _TABLE_WIDTH = 110
 
 _EPILOG = """\
@@ -34,22 +34,22 @@ examples:
   litestereo bench --device udp://192.168.1.50
   litestereo bench --device model: --size 320x240 --size 640x480 --frames 5 --json
 
-Each size is measured with made-up pairs: first frame by frame, which gives the latency from images to map, then as a
-stream, which keeps the device busy and gives the frame rate. The link is what the stream moves both ways: 4 bytes per
-pixel, in 10^6 bytes per second.
+Each size is measured with made-up pairs: first frame by frame, for the latency from the call to the map, which 50, 95
+and 99 % of these frames do not exceed; then as a stream, which keeps the device busy, for the frame rate over all its
+frames. The link is what the stream moved in both directions: 4 bytes per pixel, in 10^6 bytes per second.
 """
 
 
 def add_parser(commands: argparse._SubParsersAction[Parser]) -> None:
-    """Adds the command."""
+    """Add the command."""
     parser = commands.add_parser("bench", help="measure how fast a device is", epilog=_EPILOG,
                                  description="Measure frame rate, latency and link of a device, seen from this host.")
     add_device(parser)
     parser.add_argument("--size", metavar="WxH", type=_size, action="append", dest="sizes",
                         help="size of the images, may be repeated (default: those of "
-                             f"{', '.join(f'{width}x{height}' for width, height in _SIZES)} that the device takes)")
+                             f"{', '.join(f'{width}x{height}' for width, height in _SIZES)} that the device accepts)")
     parser.add_argument("--frames", metavar="N", type=count, default=20,
-                        help="frames at each size, each way (default: %(default)s)")
+                        help="frames at each size, one by one and as a stream (default: %(default)s)")
     add_json(parser)
     add_settings(parser, speckle=False)
     parser.set_defaults(run=run)
@@ -67,7 +67,7 @@ def _fits(info: DeviceInfo, width: int, height: int) -> bool:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Runs the command."""
+    """Run the command."""
     with connect(options.device) as device:
         info     = device.info()
         settings = chosen_settings(options, info.default_settings())
@@ -77,7 +77,7 @@ def run(options: argparse.Namespace) -> int:
         terminal = rich.console.Console(stderr=True)
         with rich.progress.Progress(console=terminal, transient=True, disable=not terminal.is_terminal) as bars:
             bar     = bars.add_task("measure", total=2*options.frames*len(sizes))
-            results = [measure(device, width, height, settings, options.frames, lambda: bars.advance(bar))
+            results = [measure_device(device, width, height, settings, options.frames, lambda: bars.advance(bar))
                        for width, height in sizes]
     if options.json:
         print(json.dumps({"device": info.name, "url": info.url, **dataclasses.asdict(settings),
@@ -88,8 +88,8 @@ def run(options: argparse.Namespace) -> int:
     return 0
 
 
-def _table(title: str, results: list[Bench]) -> rich.table.Table:
-    table = rich.table.Table(title=f"{title}, {results[0].frames} frames each way", box=None)
+def _table(title: str, results: list[DeviceSpeed]) -> rich.table.Table:
+    table = rich.table.Table(title=f"{title}, {results[0].frames} frames one by one and as a stream", box=None)
     for name in ("size", "frames/s", "latency 50 %", "95 %", "99 %", "link MB/s", "clocks per frame"):
         table.add_column(name, justify="left" if name == "size" else "right")
     for result in results:

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""`litestereo match`: a pair of images to a disparity map."""
+"""`litestereo match`: the disparity map of one pair of images."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from pathlib import Path
 
 from ..cameras.rectify import read_calibration
 from ..core.errors import ImageError
-from ..core.images import read_grey, write_disparity
+from ..core.images import disparity_pixels, read_grey, write_disparity
 from ..core.settings import MatcherSettings
 from ..data.ground_truth import read_ground_truth
 from ..devices.base import check_minimum_size, check_pair
 from ..devices.connect import connect
-from ..evaluation.quality import rate
+from ..evaluation.metrics import measure_map
 from ..export.depth import write_cloud, write_depth
 from .arguments import Parser, add_calibration, add_device, add_json, positive
-from .match_summary import as_text, depth_summary, link_summary, match_summary
+from .match_summary import depth_summary, link_summary, pair_summary, summary_text
 from .matching import add_settings, chosen_settings, chosen_speckle_filter
 from .progress import progress_bars
 
@@ -40,24 +40,32 @@ files written:
   disparity.pfm        float32, pixels, inf where there is none (Middlebury)
   disparity.png        16 bits, 256 times the disparity in pixels, 0 where there is none (KITTI)
   disparity_color.png  for viewing, black where there is none
-with --calibration, besides, of the rectified left image:
+and with --calibration, both of the rectified left image:
   depth.npy            float32, metres, nan where there is none
   cloud.ply            points in metres, with the image's colours
+
+--ground-truth prints Middlebury's metrics as `litestereo eval` has them, with the pixels that each is a share of: known
+pixels have a true disparity (0, nan and inf are unknown), valid pixels are known ones with a disparity in the map. With
+--json `quality` has all metrics that `litestereo eval --help` lists, by the same names. Only `eval` knows the ndisp of
+a data set, and cuts the maps to it.
+
+The map is that of cv2.StereoBM pixel for pixel in the valid region, where whole blocks lie in both images. Outside of
+it ours is invalid, while OpenCV 5.0 with a smallest disparity above 0 writes that many values past the end of each row.
 """
 
 
 def add_parser(commands: argparse._SubParsersAction[Parser]) -> None:
-    """Adds the command."""
+    """Add the command."""
     parser = commands.add_parser("match", help="match a pair of images", epilog=_EPILOG,
                                  description="Match a rectified pair of images and write the disparity map.")
-    parser.add_argument("left", metavar="LEFT", type=Path, help="left image, any kind that OpenCV reads")
+    parser.add_argument("left", metavar="LEFT", type=Path, help="left image, in any format that OpenCV reads")
     parser.add_argument("right", metavar="RIGHT", type=Path, help="right image, of the same size")
     parser.add_argument("-o", "--output", metavar="DIR", type=Path, required=True,
-                        help="folder for the results, made if need be")
+                        help="folder for the results, created if needed")
     add_device(parser)
     add_calibration(parser)
     parser.add_argument("--ground-truth", metavar="FILE", type=Path,
-                        help="true disparities to rate the map by: PNG, PFM, .npy or .npz (default: none)")
+                        help="true disparities to compare the map with: PNG, PFM, .npy or .npz (default: none)")
     parser.add_argument("--ground-truth-scale", metavar="S", type=positive,
                         help="what the file's values are divided by to become pixels (default: 256 for "
                              "16-bit images, else 1)")
@@ -67,7 +75,7 @@ def add_parser(commands: argparse._SubParsersAction[Parser]) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Runs the command; whatever can be checked without the device is checked before connecting."""
+    """Run the command. All that can be checked without the device is checked before connecting to it."""
     left, left_notices   = read_grey(options.left)
     right, right_notices = read_grey(options.right)
     check_pair(left, right)
@@ -106,8 +114,8 @@ def run(options: argparse.Namespace) -> int:
         files  += [options.output / "depth.npy", options.output / "cloud.ply"]
         write_depth(files[-2], depth_m)
         write_cloud(files[-1], rectifier, options.left, result.disparity, settings)
-    quality = None if truth is None else rate(result.disparity, truth, settings.invalid)
-    summary = (match_summary(info, result, speckle, files, quality) | link_summary(result, link)
+    quality = None if truth is None else measure_map(disparity_pixels(result.disparity, settings.invalid), truth)
+    summary = (pair_summary(info, result, speckle, files, quality) | link_summary(result, link)
                | {"depth_m": depth_summary(depth_m)})
-    print(json.dumps(summary, indent=2) if options.json else as_text(summary))
+    print(json.dumps(summary, indent=2) if options.json else summary_text(summary))
     return 0

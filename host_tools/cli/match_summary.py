@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""What `litestereo match` tells of a matched pair, as JSON has it and for people."""
+"""The summary of `litestereo match`, as JSON and as text."""
 
 from __future__ import annotations
 
@@ -17,16 +17,24 @@ from numpy.typing import NDArray
 
 from ..core.speckle import SpeckleFilter
 from ..devices.base import DeviceInfo, Result
-from ..evaluation.quality import Quality
+from ..evaluation.metrics import json_values, summary_texts
 from ..link.settings import LinkCounters
 
-#: Clock that frame rates are given for, so that simulations and boards can be compared.
+#: Clock that frame rates are given for, to compare simulations and boards.
 _RATE_CLOCK_HZ = 100_000_000
 
 
-def match_summary(info: DeviceInfo, result: Result, speckle: SpeckleFilter, files: list[Path],
-                  quality: Quality | None) -> dict[str, Any]:
-    """Everything that is worth knowing of a match, as JSON has it."""
+def pair_summary(info: DeviceInfo, result: Result, speckle: SpeckleFilter, files: list[Path],
+                 quality: dict[str, float] | None) -> dict[str, Any]:
+    """Return what JSON says of a matched pair.
+
+    Parameters
+    ----------
+    files
+        Files that were written.
+    quality
+        What `measure_map` returned, None without a ground truth.
+    """
     pixels: NDArray[Any] = result.disparity
     height, width = pixels.shape
     clocks        = result.clocks
@@ -45,14 +53,12 @@ def match_summary(info: DeviceInfo, result: Result, speckle: SpeckleFilter, file
         "match_s":          result.match_s,
         "download_s":       result.download_s,
         "files":            [str(path) for path in files],
-        "quality":          None if quality is None else {
-            name: None if math.isnan(value) else value
-            for name, value in dataclasses.asdict(quality).items()},
+        "quality":          None if quality is None else json_values(quality),
     }
 
 
 def depth_summary(depth_m: NDArray[np.float32] | None) -> dict[str, float] | None:
-    """Nearest, middle and farthest depth in metres; None where there is none."""
+    """Return the nearest, median and farthest depth in metres; None if no pixel has a depth."""
     known = np.array([]) if depth_m is None else depth_m[np.isfinite(depth_m)]
     if not known.size:
         return None
@@ -60,7 +66,10 @@ def depth_summary(depth_m: NDArray[np.float32] | None) -> dict[str, float] | Non
 
 
 def link_summary(result: Result, link: LinkCounters | None) -> dict[str, Any]:
-    """What the link to a device did; None where there is none."""
+    """Return rates of the link in 10^6 bytes per second, and its repairs; None where there is no link.
+
+    Rates count the payload: the two images, and the map.
+    """
     carried = {"upload": 2*result.disparity.size, "download": result.disparity.nbytes}
     seconds = {"upload": result.upload_s, "download": result.download_s}
     rates   = {f"{phase}_mb_per_s": carried[phase]/seconds[phase]/1e6 if link and seconds[phase] > 0 else None
@@ -68,8 +77,8 @@ def link_summary(result: Result, link: LinkCounters | None) -> dict[str, Any]:
     return {**rates, "repairs": link.repairs if link else None}
 
 
-def as_text(summary: dict[str, Any]) -> str:
-    """The summary for people."""
+def summary_text(summary: dict[str, Any]) -> str:
+    """Return the summary as text."""
     times = ", ".join(f"{phase} {summary[f'{phase}_s']:.3f} s" for phase in ("upload", "match", "download"))
     size  = f"{summary['width']}x{summary['height']} pixels"
     lines = [
@@ -88,10 +97,5 @@ def as_text(summary: dict[str, Any]) -> str:
         lines.append(f"depth       {depth['nearest']:.3f} to {depth['farthest']:.3f} m, median {depth['median']:.3f} m")
     if summary["quality"] is not None:
         quality = {name: math.nan if value is None else value for name, value in summary["quality"].items()}
-        lines += [
-            f"bad-1.0     {quality['bad_1_0']:.2f} %",
-            f"bad-2.0     {quality['bad_2_0']:.2f} %",
-            f"mean error  {quality['mean_error']:.3f} pixels",
-            f"density     {quality['density']:.2f} %",
-        ]
+        lines  += [f"{label:11} {text}" for label, text in summary_texts(quality).items()]
     return "\n".join([*lines, *(f"wrote       {path}" for path in summary["files"])])

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""`litestereo stream`: pair after pair, from folders, videos or cameras."""
+"""`litestereo stream`: matches pair after pair, from folders, videos or cameras."""
 
 from __future__ import annotations
 
@@ -23,12 +23,13 @@ from ..core.settings import MatcherSettings
 from ..data.sources import EXAMPLES, open_source
 from ..devices.connect import connect
 from ..export.depth import write_depth
-from ..live.watch import Matching, Meter, Seen, watch
+from ..live.matching import MatchedShot, Matching, match_source
+from ..live.meter import RECENT_FRAMES, Meter
 from .arguments import Parser, add_calibration, add_device, add_json, count
 from .matching import add_settings, chosen_settings, chosen_speckle_filter
 from .stopping import stopped_by_ctrl_c
 
-#: Sources for the help of the commands that take one.
+#: The kinds of sources, for the help of the commands that read one.
 SOURCES = "\n".join(f"  {name:18}  {text}" for name, text in EXAMPLES.items())
 
 _EPILOG = f"""\
@@ -44,35 +45,41 @@ files written with -o:
   disparity_NAME.png  or .pfm or .npy, see --format
   depth_NAME.npy      with --calibration: float32, metres, nan where there is none
 
-Ctrl-C ends the stream: frames under way are finished, the summary is printed, and the exit status is 0. A second
-Ctrl-C ends it at once. With --json each frame is a line, and the last line is the summary.
+Ctrl-C ends the stream: frames on their way are finished, the summary is printed, and the exit status is 0. A second
+Ctrl-C interrupts the command at once.
+
+--json prints a line for each frame, and the summary as the last line. Of a frame:
+  latency_s            seconds from taking the pair until its map was here
+  recent_frames_per_s  over the last {RECENT_FRAMES} frames; frames_per_s of the summary is over all frames
+  valid_of_all         pixels with a disparity, % of all pixels of the map
+  median_depth_m       with --calibration: over the pixels that have a depth, in metres
 """
 
 
 def add_source(parser: argparse.ArgumentParser) -> None:
-    """Adds the source of a stream, and how much of it is taken."""
+    """Add the source of a stream, and the number of pairs to take from it."""
     parser.add_argument("source", metavar="SOURCE", nargs="+", help="where the pairs come from, one or two names: see "
                                                                     "below")
-    parser.add_argument("--frames", metavar="N", type=count, help="end after so many pairs (default: all there are)")
+    parser.add_argument("--frames", metavar="N", type=count, help="stop after N pairs (default: all)")
 
 
 def chosen_matching(options: argparse.Namespace, default: MatcherSettings) -> Matching:
-    """What a command line wants done to each pair, for what it does not say with the settings `default`."""
+    """Return what a command line asks for; settings that it does not name are those of `default`."""
     rectifier = None if options.calibration is None else read_calibration(options.calibration)
     return Matching(chosen_settings(options, default), chosen_speckle_filter(options), rectifier)
 
 
 def add_parser(commands: argparse._SubParsersAction[Parser]) -> None:
-    """Adds the command."""
+    """Add the command."""
     parser = commands.add_parser("stream", help="match pair after pair, live", epilog=_EPILOG,
                                  description="Match pair after pair, and show frame rate and latency.")
     add_source(parser)
     add_device(parser)
     add_calibration(parser)
     parser.add_argument("-o", "--output", metavar="DIR", type=Path,
-                        help="folder for the maps, made if need be (default: they are not written)")
+                        help="folder for the maps, created if needed (default: they are not written)")
     parser.add_argument("--format", choices=FORMATS, default="png",
-                        help="kind of file: png of 16 bits (KITTI), pfm (Middlebury), npy of int16 (default: "
+                        help="format of the maps: png of 16 bits (KITTI), pfm (Middlebury), npy of int16 (default: "
                              "%(default)s)")
     add_json(parser)
     add_settings(parser)
@@ -80,7 +87,7 @@ def add_parser(commands: argparse._SubParsersAction[Parser]) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Runs the command; whatever can be checked without the device is checked before connecting."""
+    """Run the command. All that can be checked without the device is checked before connecting to it."""
     chosen_matching(options, MatcherSettings())
     if options.output is not None and options.output.exists() and not options.output.is_dir():
         raise ImageError(f"{options.output}: is a file, the maps need a folder")
@@ -93,47 +100,47 @@ def run(options: argparse.Namespace) -> int:
         with rich.progress.Progress(*columns, console=terminal, transient=True,
                                     disable=not terminal.is_terminal) as bars:
             bar = bars.add_task("waiting for the first map", total=options.frames or source.length)
-            for seen in watch(device, source, matching, options.frames, stop):
-                meter.count(seen.latency_s)
-                path = None if options.output is None else _write(options.output, options.format, seen)
-                bars.update(bar, advance=1, description=f"{meter.frames_per_s:.1f} frames/s, latency "
-                                                        f"{1000*seen.latency_s:.0f} ms")
+            for matched in match_source(device, source, matching, options.frames, stop):
+                meter.count(matched.latency_s)
+                path = None if options.output is None else _write(options.output, options.format, matched)
+                bars.update(bar, advance=1, description=f"{meter.recent_frames_per_s:.1f} frames/s, latency "
+                                                        f"{1000*matched.latency_s:.0f} ms")
                 if options.json:
-                    print(json.dumps(_line(meter, seen, path)), flush=True)
+                    print(json.dumps(_frame_line(meter, matched, path)), flush=True)
         summary = {"device": device.info().name, **meter.summary()}
-    print(json.dumps({"summary": summary}) if options.json else text(summary))
+    print(json.dumps({"summary": summary}) if options.json else stream_text(summary))
     return 0
 
 
-def _write(folder: Path, ending: str, seen: Seen) -> Path:
-    """Writes the map, and the depth if there is one; returns the file of the map."""
-    path = folder / f"disparity_{seen.shot.name}.{ending}"
-    write_map(path, seen.result.disparity, seen.result.settings)
-    if seen.depth_m is not None:
-        write_depth(folder / f"depth_{seen.shot.name}.npy", seen.depth_m)
+def _write(folder: Path, ending: str, matched: MatchedShot) -> Path:
+    """Write the map, and the depth if there is one; return the file of the map."""
+    path = folder / f"disparity_{matched.shot.name}.{ending}"
+    write_map(path, matched.result.disparity, matched.result.settings)
+    if matched.depth_m is not None:
+        write_depth(folder / f"depth_{matched.shot.name}.npy", matched.depth_m)
     return path
 
 
-def _line(meter: Meter, seen: Seen, path: Path | None) -> dict[str, Any]:
-    """A frame as JSON has it."""
-    known = None if seen.depth_m is None else seen.depth_m[np.isfinite(seen.depth_m)]
+def _frame_line(meter: Meter, matched: MatchedShot, path: Path | None) -> dict[str, Any]:
+    """Return what JSON says of a frame; the help explains the keys."""
+    known = None if matched.depth_m is None else matched.depth_m[np.isfinite(matched.depth_m)]
     return {
-        "frame":          meter.frames - 1,
-        "name":           seen.shot.name,
-        "latency_s":      seen.latency_s,
-        "frames_per_s":   meter.frames_per_s,
-        "clocks":         seen.result.clocks,
-        "density":        seen.density,
-        "median_depth_m": None if known is None or not known.size else float(np.median(known)),
-        "file":           None if path is None else str(path),
+        "frame":               meter.frames - 1,
+        "name":                matched.shot.name,
+        "latency_s":           matched.latency_s,
+        "recent_frames_per_s": meter.recent_frames_per_s,
+        "clocks":              matched.result.clocks,
+        "valid_of_all":        matched.valid_of_all,
+        "median_depth_m":      None if known is None or not known.size else float(np.median(known)),
+        "file":                None if path is None else str(path),
     }
 
 
-def text(summary: dict[str, Any]) -> str:
-    """The summary for people."""
+def stream_text(summary: dict[str, Any]) -> str:
+    """Return the summary of a stream as text."""
     lines = [f"device   {summary['device']}", f"frames   {summary['frames']} in {summary['seconds']:.2f} s"]
     if summary["frames"]:
-        lines += [f"rate     {summary['frames_per_s']:.2f} frames/s",
+        lines += [f"rate     {summary['frames_per_s']:.2f} frames/s over all frames",
                   "latency  " + ", ".join(f"{part} % within {1000*summary[f'latency_p{part}_s']:.1f} ms"
-                                          for part in (50, 95, 99))]
+                                          for part in (50, 95, 99)) + " of all frames"]
     return "\n".join(lines)

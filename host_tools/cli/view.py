@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""`litestereo view`: pairs, maps, depth and points to look at."""
+"""`litestereo view`: shows pairs, maps, depth and points."""
 
 from __future__ import annotations
 
@@ -20,20 +20,21 @@ from ..core.images import write_png
 from ..core.settings import MatcherSettings
 from ..data.sources import open_source
 from ..devices.connect import connect
-from ..live.watch import Meter, watch
+from ..live.matching import match_source
+from ..live.meter import RECENT_FRAMES, Meter
 from ..viewing.montage import montage
 from ..viewing.recording import DEFAULT_URL, Target
 from ..viewing.viewer import Viewer
 from .arguments import Parser, add_calibration, add_device, add_json, count
 from .matching import add_settings
 from .stopping import stopped_by_ctrl_c
-from .stream import SOURCES, add_source, chosen_matching, text
+from .stream import SOURCES, add_source, chosen_matching, stream_text
 
-#: Port for browsers' data unless told otherwise; the page is at the next one.
+#: Default port for the data of browsers; the page is at the next port.
 _PORT = 9876
 
-#: How often a served recording looks for Ctrl-C, in seconds.
-_LOOK_S = 0.2
+#: Interval at which the server of a recording polls for Ctrl-C, in seconds.
+_POLL_S = 0.2
 
 _EPILOG = f"""\
 examples:
@@ -52,32 +53,33 @@ Shown are left, right and disparity, and with --calibration depth and points in 
 
 
 def add_parser(commands: argparse._SubParsersAction[Parser]) -> None:
-    """Adds the command."""
-    parser = commands.add_parser("view", help="look at pairs, maps, depth and points", epilog=_EPILOG,
+    """Add the command."""
+    parser = commands.add_parser("view", help="show pairs, maps, depth and points", epilog=_EPILOG,
                                  description="Match pair after pair and show them in Rerun, live or later, or as a "
-                                             "still picture.")
+                                             "still image.")
     add_source(parser)
     add_device(parser)
     add_calibration(parser)
     target = parser.add_mutually_exclusive_group()
-    target.add_argument("--save", metavar="FILE", type=Path, help="write a recording (.rrd) for later (default: none)")
+    target.add_argument("--save", metavar="FILE", type=Path,
+                        help="write a recording (.rrd) to open later (default: none)")
     target.add_argument("--connect", metavar="URL", nargs="?", const=DEFAULT_URL,
-                        help="show it in a viewer that runs already (default: a viewer is started; without URL "
+                        help="show it in a viewer that is running (default: a viewer is started; without URL "
                              f"{DEFAULT_URL})")
     target.add_argument("--serve", metavar="PORT", type=count, nargs="?", const=_PORT,
-                        help="show it in browsers, of everybody who can reach this host, until Ctrl-C; data at PORT, "
-                             f"page at the next one (default: no; without PORT {_PORT})")
+                        help="show it in browsers until Ctrl-C, to everyone who can reach this host; data at PORT, "
+                             f"page at the next port (default: no; without PORT {_PORT})")
     parser.add_argument("--montage", metavar="FILE", type=Path,
-                        help="write the last frame as a PNG; no viewer is started then (default: none)")
+                        help="write the last frame as a PNG, and start no viewer (default: none)")
     parser.add_argument("--max-points", metavar="N", type=count, default=100000,
-                        help="most points of a cloud (default: %(default)s)")
+                        help="largest number of points of a cloud (default: %(default)s)")
     add_json(parser)
     add_settings(parser)
     parser.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> int:
-    """Runs the command; whatever can be checked without the device is checked before connecting."""
+    """Run the command. All that can be checked without the device is checked before connecting to it."""
     rectifier = chosen_matching(options, MatcherSettings()).rectifier
     geometry  = None if rectifier is None else rectifier.geometry
     if options.serve is not None and options.serve > 65534:
@@ -92,16 +94,16 @@ def run(options: argparse.Namespace) -> int:
         viewer   = Viewer(target, geometry, options.max_points) if viewed else None
         meter    = Meter()
         if viewer is not None:
-            # A recording holds what was seen before an error, too.
+            # Close the recording after an error too: it holds the frames before.
             closing.callback(viewer.close)
         if viewer is not None and viewer.page:
-            print(f"litestereo: note: look at {viewer.page}, Ctrl-C ends it", file=sys.stderr)
-        for last in watch(device, source, matching, options.frames, stop):
+            print(f"litestereo: note: open {viewer.page} in a browser, Ctrl-C ends it", file=sys.stderr)
+        for last in match_source(device, source, matching, options.frames, stop):
             meter.count(last.latency_s)
             if viewer is not None:
                 viewer.show(meter.frames - 1, last, meter)
         while viewer is not None and viewer.page and not stop.requested:
-            time.sleep(_LOOK_S)
+            time.sleep(_POLL_S)
         summary = {"device": device.info().name, **meter.summary()}
     if options.montage is not None and last is not None:
         write_png(options.montage, montage(last))
@@ -109,5 +111,5 @@ def run(options: argparse.Namespace) -> int:
     if options.json:
         print(json.dumps(summary | {"files": [str(path) for path in files]}, indent=2))
     else:
-        print("\n".join([text(summary), *(f"wrote    {path}" for path in files)]))
+        print("\n".join([stream_text(summary), *(f"wrote    {path}" for path in files)]))
     return 0

@@ -18,7 +18,7 @@ from .errors import GeometryError
 
 @dataclass(frozen=True)
 class StereoGeometry:
-    """A rectified pair of cameras: same focal length, same rows, one beside the other.
+    """A rectified pair of cameras, side by side: focal length and rows are equal.
 
     Parameters
     ----------
@@ -29,14 +29,14 @@ class StereoGeometry:
     baseline_m
         Distance of the cameras in metres, above 0.
     cx_left_px, cy_px
-        Principal point of the left camera in pixels; the row is that of both.
+        Principal point of the left camera in pixels: column, and row, which is that of both cameras.
     cx_right_px
-        Column of the right camera's principal point; other than `cx_left_px` if the cameras converge.
+        Column of the right camera's principal point in pixels; it differs from `cx_left_px` if the cameras converge.
 
     Raises
     ------
     GeometryError
-        A value that no pair of cameras has.
+        A size, focal length or baseline that is not above 0, or a value that is not finite.
     """
 
     width:       int
@@ -57,11 +57,14 @@ class StereoGeometry:
 
     @property
     def zero_px(self) -> float:
-        """Disparity in pixels of what is infinitely far away."""
+        """Disparity of a point at infinity, in pixels: 0 unless the cameras converge."""
         return self.cx_left_px - self.cx_right_px
 
     def q(self) -> NDArray[np.float64]:
-        """Reprojection matrix Q, float64, 4 x 4: `cv2.stereoRectify` gives it, `cv2.reprojectImageTo3D` takes it."""
+        """Return the reprojection matrix Q, float64, 4 x 4, as `cv2.stereoRectify` returns it.
+
+        `cv2.reprojectImageTo3D` turns disparities in pixels into points in metres with it.
+        """
         return np.array([
             [1, 0, 0, -self.cx_left_px],
             [0, 1, 0, -self.cy_px],
@@ -70,7 +73,7 @@ class StereoGeometry:
         ], np.float64)
 
     def depth_m(self, disparity_px: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Distance from the cameras' plane.
+        """Return the depth, the distance from the plane of the cameras: focal_px*baseline_m/(d - zero_px).
 
         Parameters
         ----------
@@ -88,7 +91,7 @@ class StereoGeometry:
         return depth.astype(np.float32)
 
     def points_m(self, disparity_px: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Points in space, seen from the left camera: x to the right, y down, z ahead.
+        """Return the points in space, in the frame of the left camera: x to the right, y down, z ahead.
 
         Parameters
         ----------

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Grey images from files, and disparity maps into files."""
+"""Images from files, disparity maps in pixels, and disparity maps into files."""
 
 from __future__ import annotations
 
@@ -21,19 +21,19 @@ from numpy.typing import NDArray
 from .errors import ImageError
 from .settings import DISPARITY_SCALE, MatcherSettings
 
-#: Value of a pixel without a disparity where the smallest disparity is 0.
+#: Value of a pixel without a disparity if the smallest disparity is 0, in sixteenths of a pixel.
 INVALID = -DISPARITY_SCALE
 
 #: Disparity files in the convention of the KITTI benchmark hold 256 times the disparity in pixels.
 KITTI_SCALE = 256
 
-#: Endings of the kinds of files that `write_map` writes.
+#: Formats that `write_map` writes, by the endings of the files.
 FORMATS = ("png", "pfm", "npy")
 
 
 @contextlib.contextmanager
 def quiet_stderr() -> Iterator[None]:
-    """Keeps what the image libraries write on stderr off the terminal: the exception says it, once."""
+    """Discard what the image libraries print to stderr in this context: the exception says it already."""
     saved = os.dup(2)
     try:
         with open(os.devnull, "wb") as sink:
@@ -45,7 +45,7 @@ def quiet_stderr() -> Iterator[None]:
 
 
 def read_file(path: Path) -> bytes:
-    """Bytes of a file; raises ImageError if it cannot be read."""
+    """Return the bytes of a file; raise ImageError if it cannot be read."""
     try:
         return path.read_bytes()
     except FileNotFoundError:
@@ -55,7 +55,13 @@ def read_file(path: Path) -> bytes:
 
 
 def read_image(path: Path) -> NDArray[Any]:
-    """Image in a file as OpenCV decodes it, channels and depth unchanged; raises ImageError if it is none."""
+    """Return the image in a file as OpenCV decodes it, channels and depth unchanged.
+
+    Raises
+    ------
+    ImageError
+        The file cannot be read, or is not an image.
+    """
     data = np.frombuffer(read_file(path), np.uint8)
     try:
         with quiet_stderr():
@@ -63,26 +69,26 @@ def read_image(path: Path) -> NDArray[Any]:
     except cv2.error:
         image = None
     if image is None:
-        raise ImageError(f"{path}: is not an image that can be read, or is damaged")
+        raise ImageError(f"{path}: is not an image that OpenCV can read, or is damaged")
     return image
 
 
 def read_grey(path: Path) -> tuple[NDArray[np.uint8], list[str]]:
-    """Grey image in a file.
+    """Read an image file as grey.
 
     Parameters
     ----------
     path
-        An image file of any kind that OpenCV reads. Colour becomes luma, 16 bits become the upper 8.
+        An image file of any format that OpenCV reads. Colour is converted to luma, 16 bits to their upper 8.
 
     Returns
     -------
-    The image, uint8, H x W, and notices of the conversions that were needed, one line each.
+    The image, uint8, H x W, and a notice of one line for each conversion.
 
     Raises
     ------
     ImageError
-        The file is missing, is no image, or is not of 8 or 16 bits.
+        The file is missing, is not an image, or has other pixels than 8 or 16 bits.
     """
     image   = read_image(path)
     notices = []
@@ -100,7 +106,7 @@ def read_grey(path: Path) -> tuple[NDArray[np.uint8], list[str]]:
 
 
 def read_colour(path: Path) -> NDArray[np.uint8]:
-    """Image in a file in colour: uint8, H x W x 3, BGR; of 16 bits the upper 8. Raises ImageError as `read_grey`."""
+    """Read an image file in colour: uint8, H x W x 3, BGR; of 16 bits the upper 8. Raise ImageError as `read_grey`."""
     image = read_image(path)
     if image.dtype == np.uint16:
         image = (image >> 8).astype(np.uint8)
@@ -111,27 +117,37 @@ def read_colour(path: Path) -> NDArray[np.uint8]:
 
 
 def disparity_pixels(disparity: NDArray[np.int16], invalid: int = INVALID) -> NDArray[np.float32]:
-    """Disparity map (int16, H x W, sixteenths) in pixels: float32, H x W, nan where it is `invalid` or less."""
+    """Convert a map (int16, H x W, sixteenths of a pixel) to pixels: float32, nan where it is `invalid` or less."""
     pixels: NDArray[np.float32] = disparity.astype(np.float32)/np.float32(DISPARITY_SCALE)
     pixels[disparity <= invalid] = np.nan
     return pixels
 
 
+def valid_percent(disparity: NDArray[np.int16], invalid: int = INVALID) -> float:
+    """Return how many pixels of a map (int16, H x W, sixteenths) have a disparity, in percent of all its pixels.
+
+    It is not the density of `evaluation.metrics`, which counts the pixels with a known true disparity only.
+    """
+    return 100*float(np.mean(disparity > invalid))
+
+
 def pfm_of(disparity_px: NDArray[np.float32]) -> bytes:
-    """Map in pixels (float32, H x W, nan if invalid) as a Middlebury PFM file: little-endian, bottom row first, inf if
-    invalid."""
+    """Encode a map in pixels (float32, H x W, nan if invalid) as a PFM file of Middlebury.
+
+    The file is little-endian, its bottom row comes first, and an invalid pixel is inf.
+    """
     height, width = disparity_px.shape
     pixels        = np.where(np.isnan(disparity_px), np.float32(np.inf), disparity_px)
     return f"Pf\n{width} {height}\n-1.0\n".encode("ascii") + pixels[::-1].astype("<f4").tobytes()
 
 
 def encode_pfm(disparity: NDArray[np.int16], invalid: int = INVALID) -> bytes:
-    """Map (int16, H x W, sixteenths) as a Middlebury PFM file, see `pfm_of`."""
+    """Encode a map (int16, H x W, sixteenths of a pixel) as a PFM file of Middlebury, see `pfm_of`."""
     return pfm_of(disparity_pixels(disparity, invalid))
 
 
 def kitti_image(disparity: NDArray[np.int16], invalid: int = INVALID) -> NDArray[np.uint16]:
-    """Map in the convention of KITTI: uint16, 256 times the disparity in pixels, 0 where there is none.
+    """Convert a map to KITTI's convention: uint16, 256 times the disparity in pixels, 0 where there is none.
 
     A disparity of 0 becomes 1, the smallest value that is valid; 256 pixels and more become 65535.
     """
@@ -141,7 +157,7 @@ def kitti_image(disparity: NDArray[np.int16], invalid: int = INVALID) -> NDArray
 
 
 def color_image(disparity: NDArray[np.int16], settings: MatcherSettings) -> NDArray[np.uint8]:
-    """Map for viewing: uint8, H x W x 3 (BGR), blue at the smallest disparity to red, black if invalid."""
+    """Colour a map for viewing: uint8, H x W x 3 (BGR), from blue (smallest disparity) to red, black if invalid."""
     above  = disparity.astype(np.float32) - DISPARITY_SCALE*settings.min_disparity
     scaled = np.clip(above*255/(DISPARITY_SCALE*settings.disparities), 0, 255).astype(np.uint8)
     color  = np.array(cv2.applyColorMap(scaled, cv2.COLORMAP_TURBO), np.uint8)
@@ -150,7 +166,7 @@ def color_image(disparity: NDArray[np.int16], settings: MatcherSettings) -> NDAr
 
 
 def write_disparity(folder: Path, disparity: NDArray[np.int16], settings: MatcherSettings) -> list[Path]:
-    """Writes a map (int16, H x W, sixteenths) matched with `settings` in four forms, making the folder if need be.
+    """Write a map (int16, H x W, sixteenths) matched with `settings` in four formats; create the folder if needed.
 
     `disparity.npy` as it is; `disparity.pfm` see `encode_pfm`; `disparity.png` see `kitti_image`;
     `disparity_color.png` see `color_image`.
@@ -172,7 +188,9 @@ def write_disparity(folder: Path, disparity: NDArray[np.int16], settings: Matche
 
 
 def write_map(path: Path, disparity: NDArray[np.int16], settings: MatcherSettings) -> None:
-    """Writes one map (int16, H x W, sixteenths) by the file's ending: see `write_disparity`; makes the folder.
+    """Write one map (int16, H x W, sixteenths) in the format of the file's ending; create the folder if needed.
+
+    The formats are those of `write_disparity`.
 
     Raises
     ------
@@ -190,12 +208,12 @@ def write_map(path: Path, disparity: NDArray[np.int16], settings: MatcherSetting
 
 
 def write_png(path: Path, image: NDArray[Any]) -> None:
-    """Writes an image (H x W, or H x W x 3 in BGR) as PNG, making the folder; raises ImageError if it cannot."""
+    """Write an image (H x W, or H x W x 3 in BGR) as PNG, as `write_file` does."""
     write_file(path, cv2.imencode(".png", image)[1].tobytes())
 
 
 def write_file(path: Path, data: bytes) -> None:
-    """Writes a file, making its folder if need be; raises ImageError if it cannot be written."""
+    """Write a file, and create its folder if needed; raise ImageError if it cannot be written."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_bytes(data)

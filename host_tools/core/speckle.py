@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""The speckle filter, which runs on the host: small islands of disparities are removed."""
+"""The speckle filter, which runs on the host: it removes small islands of disparities."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from .errors import SettingsError
 from .settings import MatcherSettings
 
-#: As cv2.StereoBM takes it on.
+#: Largest window; OpenCV counts pixels in a signed 32-bit integer.
 _MAX_SIZE = 1 << 30
 
 
@@ -27,14 +27,14 @@ class SpeckleFilter:
     Parameters
     ----------
     window
-        Largest number of pixels of an island that is removed; 0 for no filter.
+        Size in pixels of the largest island that is removed; 0 for no filter.
     range
         Largest difference between neighbours of one island, in sixteenths of a pixel; negative for no filter.
 
     Raises
     ------
     SettingsError
-        A value that OpenCV does not take.
+        The window is negative or above 2^30.
     """
 
     window: int = 0
@@ -45,7 +45,7 @@ class SpeckleFilter:
             raise SettingsError(f"the speckle window must be a number of pixels from 0 on, not {self.window}")
 
     def apply(self, disparity: NDArray[np.int16], settings: MatcherSettings) -> NDArray[np.int16]:
-        """A map (int16, H x W, sixteenths of a pixel, matched with `settings`) without its islands."""
+        """Return a copy of a map (int16, H x W, sixteenths of a pixel, matched with `settings`) without islands."""
         filtered: NDArray[np.int16] = disparity.copy()
         if self.window > 0 and self.range >= 0:
             cv2.filterSpeckles(filtered, settings.invalid, self.window, self.range)

@@ -3,4 +3,4 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""How good disparity maps are: data sets with true disparities, matchers side by side, and their metrics."""
+"""Matchers side by side on pairs with known disparities, and the metrics of their maps."""

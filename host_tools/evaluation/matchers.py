@@ -21,13 +21,13 @@ from ..devices.connect import Device, connect
 #: OpenCV's matchers by their names in a command.
 OPENCV = ("bm", "sgbm")
 
-#: What stands before the name of OpenCV's matcher in place of a device's URL.
+#: Beginning of the name of one of OpenCV's matchers, in the place of a device's URL.
 _OPENCV_PREFIX = "cv2:"
 
-#: Penalties of StereoSGBM for a step of one disparity, and of more, by the pixels of a block: OpenCV recommends these.
+#: Penalties of StereoSGBM for a step of one disparity, and of more, per pixel of a block, as OpenCV recommends them.
 _P1, _P2 = 8, 32
 
-#: StereoSGBM always checks left against right, and takes 0 and less as 1; no two disparities differ by more than this.
+#: StereoSGBM always runs the left-right check, and treats 0 and less as 1. No two disparities differ by this much.
 _NO_CHECK = 1 << 20
 
 
@@ -35,10 +35,10 @@ class Matcher(Protocol):
     """Something that matches pairs."""
 
     def match(self, left: NDArray[np.uint8], right: NDArray[np.uint8], settings: MatcherSettings) -> NDArray[np.int16]:
-        """Disparity map of a pair: int16, H x W, in sixteenths of a pixel, `settings.invalid` where there is none."""
+        """Match a pair; return int16, H x W, in sixteenths of a pixel, `settings.invalid` where there is none."""
 
     def close(self) -> None:
-        """Lets go of what the matcher holds."""
+        """Release what the matcher holds."""
 
 
 class DeviceMatcher:
@@ -48,11 +48,11 @@ class DeviceMatcher:
         self._device = device
 
     def match(self, left: NDArray[np.uint8], right: NDArray[np.uint8], settings: MatcherSettings) -> NDArray[np.int16]:
-        """Disparity map of a pair; raises as `Device.compute` does."""
+        """Match a pair; raise as `Device.compute` does."""
         return self._device.compute(left, right, settings).disparity
 
     def close(self) -> None:
-        """Closes the device."""
+        """Close the device."""
         self._device.close()
 
 
@@ -63,7 +63,9 @@ class OpenCVMatcher:
         self._kind = kind
 
     def match(self, left: NDArray[np.uint8], right: NDArray[np.uint8], settings: MatcherSettings) -> NDArray[np.int16]:
-        """Disparity map of a pair.
+        """Match a pair.
+
+        The map of "bm" is invalid outside of the region where StereoBM computes disparities; see below.
 
         Raises
         ------
@@ -78,7 +80,8 @@ class OpenCVMatcher:
         found   = np.asarray(matcher.compute(left, right), np.int16)
         if self._kind == "sgbm":
             return found
-        # Beyond a smallest disparity of 0 StereoBM of OpenCV 5.0.0 leaves what it found in the memory of the border.
+        # With a smallest disparity above 0, StereoBM of OpenCV 5.0.0 leaves the border of its map undefined: it writes
+        # that many values past the end of each row. Only the region where it computes disparities is kept.
         margin  = settings.block_size//2
         first   = settings.min_disparity + settings.disparities - 1 + margin
         inside  = np.s_[margin:left.shape[0] - margin, first:left.shape[1] - margin]
@@ -87,11 +90,11 @@ class OpenCVMatcher:
         return map_
 
     def close(self) -> None:
-        """Nothing is held."""
+        """Release nothing: OpenCV's matcher holds nothing."""
 
 
 def check_opencv(kind: str, settings: MatcherSettings) -> None:
-    """Raises UnsupportedError if OpenCV's matcher `kind` lacks what `settings` ask for."""
+    """Raise UnsupportedError if OpenCV's matcher `kind` lacks a stage that `settings` need."""
     for lacking, what in ((settings.prefilter != "xsobel", "a match without prefilter"),
                           (not settings.subpixel, "whole pixels"), (settings.median, "a median")):
         if lacking:
@@ -110,7 +113,7 @@ def _stereo_bm(settings: MatcherSettings) -> cv2.StereoBM:
 
 
 def _stereo_sgbm(settings: MatcherSettings) -> cv2.StereoSGBM:
-    """It has no texture test; all other settings are those of StereoBM."""
+    """Build StereoSGBM, which has no texture test, with all other settings as for StereoBM."""
     pixels = settings.block_size**2
     return cv2.StereoSGBM.create(
         minDisparity    = settings.min_disparity,
@@ -125,17 +128,17 @@ def _stereo_sgbm(settings: MatcherSettings) -> cv2.StereoSGBM:
 
 
 def opencv_name(kind: str) -> str:
-    """Name of OpenCV's matcher `kind` where a device has its URL."""
+    """Return the name of OpenCV's matcher `kind`, in the place of a device's URL."""
     return _OPENCV_PREFIX + kind
 
 
 def open_matcher(name: str) -> Matcher:
-    """The matcher with a name: a device's URL, or what `opencv_name` gives; raises as `connect` does."""
+    """Open a matcher by its name, a device's URL or what `opencv_name` returns; raise as `connect` does."""
     if name.startswith(_OPENCV_PREFIX):
         return OpenCVMatcher(name.removeprefix(_OPENCV_PREFIX))
     return DeviceMatcher(connect(name))
 
 
 def is_shared(name: str) -> bool:
-    """Whether several processes may open the matcher at a time: what is in this process, and not a device."""
+    """Return whether several processes may open the matcher at once: OpenCV's, the model and the gateware alone."""
     return name.startswith((_OPENCV_PREFIX, "model:", "cosim:"))

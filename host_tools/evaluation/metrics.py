@@ -5,15 +5,25 @@
 
 """Metrics of Middlebury's stereo evaluation, version 3, and of KITTI, for maps that have holes.
 
-Three sets of pixels count. The known ones of a region have a true disparity; the valid ones of them have one in the map
-as well; the bad ones of these are off by more than a threshold. Middlebury's `bad` is the share of bad among known
-pixels: a hole is neither bad nor good, so a map with more holes has less of it. Read it beside the density, or take
-`bad_or_invalid`, to which a hole is as bad as an error (Middlebury's program calls it total bad), or `bad_of_valid`.
+All commands and pages take their figures from here. Three sets of pixels count:
+
+- known: the pixels of a region that have a true disparity. A true disparity of 0, nan or inf is unknown.
+- valid: the known pixels that have a disparity in the map, too.
+- bad: the valid pixels whose absolute error is above a threshold; an error equal to it is not bad.
+
+`bad_2_0` is Middlebury's bad-2.0: bad pixels in percent of the known ones. A pixel without a disparity is not bad, but
+it lowers the density (valid pixels in percent of the known ones), so read both. `bad_or_invalid_2_0` counts a pixel
+without a disparity as bad (Middlebury's program calls it total bad). `bad_of_valid_2_0` has the valid pixels as its
+denominator, and is not Middlebury's.
+
+D. Scharstein et al., High-resolution stereo datasets with subpixel-accurate ground truth, GCPR 2014, and `evaldisp` of
+its kit MiddEval3; M. Menze and A. Geiger, Object scene flow for autonomous vehicles, CVPR 2015, for D1.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,39 +42,52 @@ _D1_PX, _D1_SHARE = 3.0, 0.05
 #: All metrics, and what they are.
 METRICS = {
     "known_pixels": "pixels of the region that have a true disparity",
-    "valid_pixels": "those of them that have a disparity in the map",
+    "valid_pixels": "known pixels that have a disparity in the map",
     "density":      "valid pixels, % of the known ones",
     **{f"bad_{name}":            f"valid pixels more than {limit} pixels off, % of the known ones"
        for name, limit in THRESHOLDS_PX.items()},
-    **{f"bad_or_invalid_{name}": f"pixels without a disparity or more than {limit} pixels off, % of the known ones"
+    **{f"bad_or_invalid_{name}": f"known pixels without a disparity or more than {limit} pixels off, % of them"
        for name, limit in THRESHOLDS_PX.items()},
     **{f"bad_of_valid_{name}":   f"valid pixels more than {limit} pixels off, % of the valid ones"
        for name, limit in THRESHOLDS_PX.items()},
     "avgerr":        "mean absolute error of the valid pixels, pixels",
-    "rms":           "root of their mean squared error, pixels",
+    "rms":           "root mean square of the valid pixels' errors, pixels",
     **{name: f"absolute error that {share} % of the valid pixels do not exceed, pixels"
        for name, share in QUANTILES.items()},
     "d1":            "valid pixels more than 3 pixels and 5 % off, % of the known ones (KITTI)",
-    "d1_or_invalid": "pixels without a disparity or so far off, % of the known ones",
+    "d1_or_invalid": "known pixels without a disparity or so far off, % of them",
     "d1_of_valid":   "valid pixels so far off, % of the valid ones",
 }
 
 
-def measure(disparity_px: NDArray[np.float32], truth_px: NDArray[np.float32], region: NDArray[np.bool_] | None = None,
-            max_disparity_px: float | None = None) -> dict[str, float]:
-    """The metrics of one map in one region, by the names in `METRICS`; nan where there is no pixel to tell from.
+#: Metrics that the summary of one map shows: label, decimals, and unit with the denominator.
+SUMMARY = {
+    "bad_1_0": ("bad-1.0",    2, "% of the known pixels"),
+    "bad_2_0": ("bad-2.0",    2, "% of the known pixels"),
+    "avgerr":  ("mean error", 3, "pixels, mean over the valid pixels"),
+    "density": ("density",    2, "% of the known pixels"),
+}
+
+
+def measure_map(disparity_px: NDArray[np.float32], truth_px: NDArray[np.float32],
+                region: NDArray[np.bool_] | None = None, max_disparity_px: float | None = None) -> dict[str, float]:
+    """Measure the errors of one map in one region.
 
     Parameters
     ----------
     disparity_px
         The map: float32, H x W, in pixels, nan where there is no disparity.
     truth_px
-        True disparities: float32, H x W, in pixels, nan where they are unknown.
+        True disparities: float32, H x W, in pixels, nan where they are unknown; see `data.ground_truth`.
     region
         Pixels that count: bool, H x W; None for all.
     max_disparity_px
-        Largest disparity of the data set. The map is cut to 0 up to it, as Middlebury does it: to know the range is no
-        merit. None to leave the map as it is.
+        Largest disparity of the data set. The map is clipped to 0 up to it, as Middlebury does it, so that a matcher
+        gains nothing by knowing the range. None to leave the map as it is.
+
+    Returns
+    -------
+    The metrics by the names in `METRICS`; nan if there is no pixel in the denominator.
 
     Raises
     ------
@@ -99,8 +122,18 @@ def measure(disparity_px: NDArray[np.float32], truth_px: NDArray[np.float32], re
     return {name: values[name] for name in METRICS}
 
 
+def summary_texts(metrics: Mapping[str, float]) -> dict[str, str]:
+    """Return the metrics of `SUMMARY` as texts, by their labels: "9.75 % of the known pixels"."""
+    return {label: f"{metrics[name]:.{decimals}f} {unit}" for name, (label, decimals, unit) in SUMMARY.items()}
+
+
+def json_values(metrics: Mapping[str, float]) -> dict[str, float | None]:
+    """Return the metrics for JSON, which has no nan: None where there is no value."""
+    return {name: None if math.isnan(value) else value for name, value in metrics.items()}
+
+
 def _shares(metric: str, wrong: NDArray[np.bool_], known: int, valid: int) -> dict[str, float]:
-    """The three shares of a kind of error: `bad_1_0`, `bad_or_invalid_1_0`, `bad_of_valid_1_0`."""
+    """Return the three shares of a kind of error, in percent: `bad_1_0`, `bad_or_invalid_1_0`, `bad_of_valid_1_0`."""
     kind, underscore, limit = metric.partition("_")
     count = int(wrong.sum())
     return {

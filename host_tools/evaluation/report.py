@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Rows of an evaluation as a table, as CSV, and as what JSON has."""
+"""Rows of an evaluation as a table, as CSV and as JSON."""
 
 from __future__ import annotations
 
@@ -19,21 +19,24 @@ import rich.text
 
 from ..core.errors import ImageError
 from ..data.regions import REGIONS
-from .metrics import METRICS
+from .metrics import METRICS, json_values
 from .work import Row
 
-#: Metrics of the table, and the heads of their columns: as many as a terminal of 80 characters takes.
+#: Metrics of the table, and the heads of their columns, with unit and denominator: as many as fit 80 characters.
 _COLUMNS = {
-    "density":            "density\n%",
-    "bad_1_0":            "bad-1.0\n%",
-    "bad_2_0":            "bad-2.0\n%",
-    "bad_or_invalid_2_0": "or none\n%",
-    "avgerr":             "avgerr\npx",
-    "a90":                "A90\npx",
-    "d1":                 "D1\n%",
+    "density":            "density\n% of\nknown",
+    "bad_1_0":            "bad-1.0\n% of\nknown",
+    "bad_2_0":            "bad-2.0\n% of\nknown",
+    "bad_or_invalid_2_0": "or none\n% of\nknown",
+    "avgerr":             "avgerr\npx of\nvalid",
+    "a90":                "A90\npx of\nvalid",
+    "d1":                 "D1\n% of\nknown",
 }
 
-#: Of a name at least that much is in one line, in characters: what a terminal of 80 leaves.
+#: What the heads mean.
+_CAPTION = "known: pixels with a true disparity; valid: known pixels with a disparity in the map"
+
+#: Least width of the column of names, in characters: what the other columns leave of 80.
 _NAME_WIDTH = 20
 
 #: Name of the rows that are means over the pairs.
@@ -41,7 +44,7 @@ MEAN = "mean"
 
 
 def means(rows: Sequence[Row]) -> list[Row]:
-    """A row for each matcher and region: means over the pairs, each of the same weight, of those that have a value."""
+    """Return a row for each matcher and region: the means over the pairs that have a value, each of equal weight."""
     found: list[Row] = []
     kinds = dict.fromkeys((row.matcher, row.region) for row in rows)
     for matcher, region in sorted(kinds, key=lambda kind: REGIONS.index(kind[1])):
@@ -53,15 +56,19 @@ def means(rows: Sequence[Row]) -> list[Row]:
 
 
 def table(rows: Sequence[Row]) -> rich.table.Table:
-    """The rows for people: matchers one below the other, to be compared, and means last if there are several pairs."""
-    built = rich.table.Table(box=rich.box.SIMPLE, collapse_padding=True, pad_edge=False, show_edge=False)
+    """Build a table of the rows, with the matchers of a pair one below the other.
+
+    If there are several pairs the means are its last rows.
+    """
+    built = rich.table.Table(box=rich.box.SIMPLE, collapse_padding=True, pad_edge=False, show_edge=False,
+                             caption=_CAPTION, caption_justify="left")
     built.add_column("pair, region\n  matcher", overflow="fold", min_width=_NAME_WIDTH)
     for head in _COLUMNS.values():
         built.add_column(head, justify="right", no_wrap=True)
     lines  = [*rows, *(means(rows) if len({row.pair for row in rows}) > 1 else ())]
     groups = dict.fromkeys((row.pair, row.region) for row in lines)
     for pair, region in groups:
-        # As Text, because a name may have brackets, which are rich's markup.
+        # A plain string would be parsed as rich's markup, and a name may have brackets.
         built.add_row(rich.text.Text(f"{pair}, {region}"))
         for row in lines:
             if (row.pair, row.region) == (pair, region):
@@ -75,13 +82,13 @@ def _text(value: float) -> str:
 
 
 def as_json(rows: Sequence[Row]) -> list[dict[str, Any]]:
-    """The rows as JSON has them: null where there is no value."""
-    return [{"pair": row.pair, "matcher": row.matcher, "region": row.region,
-             **{name: None if math.isnan(value) else value for name, value in row.metrics.items()}} for row in rows]
+    """Return the rows for JSON: None where there is no value."""
+    return [{"pair": row.pair, "matcher": row.matcher, "region": row.region, **json_values(row.metrics)}
+            for row in rows]
 
 
 def write_csv(path: Path, rows: Sequence[Row]) -> None:
-    """Writes the rows, empty where there is no value; raises ImageError if that cannot be."""
+    """Write the rows, with empty cells where there is no value; raise ImageError if the file cannot be written."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         with path.open("w", newline="", encoding="utf-8") as file:

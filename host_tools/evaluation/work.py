@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""The work of an evaluation: pairs and matchers, cut into tasks that may run elsewhere."""
+"""The work of an evaluation: pairs and matchers, cut into tasks that other processes can run."""
 
 from __future__ import annotations
 
@@ -19,24 +19,24 @@ from ..data.datasets import StereoPair
 from ..data.regions import regions
 from ..data.samples import Sample, SampleFiles
 from .matchers import is_shared, open_matcher
-from .metrics import measure
+from .metrics import measure_map
 from .parallel import in_processes, on_cluster
 
 
 @dataclass(frozen=True)
 class LoadedSample:
-    """A pair that is in memory already, where `SampleFiles` says where it is."""
+    """A pair that is in memory already, in place of `SampleFiles`."""
 
     name:  str
     pair:  StereoPair
     ndisp: int | None = None
 
     def load(self) -> Sample:
-        """The pair with its regions."""
+        """Return the pair with its regions."""
         return Sample(self.name, self.pair.left, self.pair.right, self.pair.truth, regions(self.pair.truth))
 
 
-#: A pair, and what it is matched with.
+#: A pair, and the settings to match it with.
 Job = tuple[SampleFiles | LoadedSample, MatcherSettings]
 
 
@@ -52,7 +52,7 @@ class Row:
 
 @dataclass(frozen=True)
 class Task:
-    """Pairs that one matcher matches, one after the other."""
+    """Pairs for one matcher, one after the other."""
 
     matcher: str
     jobs:    tuple[Job, ...]
@@ -60,7 +60,7 @@ class Task:
 
 
 def tasks_of(matchers: Sequence[str], jobs: Sequence[Job], speckle: SpeckleFilter) -> list[Task]:
-    """All pairs by all matchers: a task for each pair, or one for all of them where a device has one host at a time."""
+    """Return the tasks for all pairs and matchers: one per pair, or one for all pairs if a device takes one host."""
     tasks: list[Task] = []
     for matcher in matchers:
         parts  = [(job,) for job in jobs] if is_shared(matcher) else [tuple(jobs)]
@@ -69,12 +69,12 @@ def tasks_of(matchers: Sequence[str], jobs: Sequence[Job], speckle: SpeckleFilte
 
 
 def rows_of(task: Task, done: Callable[[], None] | None = None) -> list[Row]:
-    """Does a task; `done` is called after each pair.
+    """Run a task, and call `done` after each pair; return a row for each pair and region.
 
     Raises
     ------
     LiteStereoError
-        A matcher cannot be opened, or fails; a pair cannot be read, or does not suit the matcher.
+        A matcher cannot be opened, or fails; a pair cannot be read, or does not fit the matcher.
     """
     rows: list[Row] = []
     with contextlib.closing(open_matcher(task.matcher)) as matcher:
@@ -82,7 +82,8 @@ def rows_of(task: Task, done: Callable[[], None] | None = None) -> list[Row]:
             sample    = source.load()
             disparity = task.speckle.apply(matcher.match(sample.left, sample.right, settings), settings)
             pixels    = disparity_pixels(disparity, settings.invalid)
-            rows     += [Row(source.name, task.matcher, name, measure(pixels, sample.truth, region, source.ndisp))
+            rows     += [Row(source.name, task.matcher, name,
+                             measure_map(pixels, sample.truth, region, source.ndisp))
                          for name, region in sample.regions.items()]
             if done is not None:
                 done()
@@ -90,7 +91,7 @@ def rows_of(task: Task, done: Callable[[], None] | None = None) -> list[Row]:
 
 
 def _rows_elsewhere(task: Task) -> list[Row] | LiteStereoError:
-    """As `rows_of`, for another process: not every error comes back from there, but every text does."""
+    """Run a task in another process, and return its error: not every error can be pickled, but its text can."""
     try:
         return rows_of(task)
     except UsageError as error:
@@ -101,18 +102,18 @@ def _rows_elsewhere(task: Task) -> list[Row] | LiteStereoError:
 
 def evaluate(tasks: Sequence[Task], done: Callable[[int], None], processes: int = 1,
              cluster: str | None = None) -> list[Row]:
-    """Does all tasks.
+    """Run all tasks.
 
     Parameters
     ----------
     tasks
         See `tasks_of`.
     done
-        Is called with the number of pairs that were matched since the last call.
+        Called with the number of pairs that were matched since the last call.
     processes
-        Number of processes of this computer; 1 is this one.
+        Number of processes on this computer; with 1 this process does the work.
     cluster
-        Address of the scheduler of a Dask cluster, whose workers see the same files, in place of processes.
+        Address of the scheduler of a Dask cluster, to work there instead; its workers must see the same files.
 
     Returns
     -------
@@ -123,7 +124,7 @@ def evaluate(tasks: Sequence[Task], done: Callable[[int], None], processes: int 
     LiteStereoError
         As `rows_of`; the first error ends the evaluation.
     WorkerError, MissingExtraError
-        A process was ended; there is no such cluster, or Dask is not installed.
+        A process was ended from outside; the cluster is not there, or Dask is not installed.
     """
     if cluster is None and processes == 1:
         return [row for task in tasks for row in rows_of(task, lambda: done(1))]

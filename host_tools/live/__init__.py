@@ -3,4 +3,4 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Pair after pair: matching as pairs come, and what that measures."""
+"""Pairs matched as they come, and how fast that is."""

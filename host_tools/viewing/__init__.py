@@ -3,4 +3,4 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Streams to look at: the viewer Rerun, and still montages."""
+"""Streams shown in the viewer Rerun, and as still images."""

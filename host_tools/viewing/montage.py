@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""A frame as one still picture: left and right image, map, and depth."""
+"""A frame as one still image: left and right image, map, and depth."""
 
 from __future__ import annotations
 
@@ -12,33 +12,38 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.images import color_image
-from ..live.watch import Seen
+from ..live.matching import MatchedShot
 
 #: Height of a caption in pixels.
 _CAPTION_PX = 24
 
-#: Part of the depths that the colours leave out at either end, in percent.
+#: Share of the depths at either end that the colours do not distinguish, in percent.
 _OUTLIERS = 2
 
 Picture = NDArray[np.uint8]
 
 
-def montage(seen: Seen) -> Picture:
-    """Left and right above disparity and, if there is one, depth: uint8, H x W x 3, BGR, each with a caption."""
-    settings = seen.result.settings
-    tiles    = [("left", _colour(seen.shot.left)), ("right", _colour(seen.shot.right)),
+def montage(matched: MatchedShot) -> Picture:
+    """Build a still of a frame: left and right image above the map and, if there is one, the depth, with captions.
+
+    Returns
+    -------
+    uint8, BGR: twice the width of the images, twice their height with a caption, 3 channels.
+    """
+    settings = matched.result.settings
+    tiles    = [("left", _colour(matched.shot.left)), ("right", _colour(matched.shot.right)),
                 (f"disparity, {settings.min_disparity} to {settings.min_disparity + settings.disparities - 1} pixels",
-                 color_image(seen.result.disparity, settings))]
-    if seen.depth_m is not None:
-        tiles.append(depth_tile(seen.depth_m))
-    height, width = seen.shot.left.shape
+                 color_image(matched.result.disparity, settings))]
+    if matched.depth_m is not None:
+        tiles.append(depth_tile(matched.depth_m))
+    height, width = matched.shot.left.shape
     tiles        += [("", np.zeros((height, width, 3), np.uint8))]*(4 - len(tiles))
     captioned     = [np.vstack([_caption(name, width), picture]) for name, picture in tiles]
     return np.vstack([np.hstack(captioned[:2]), np.hstack(captioned[2:])])
 
 
 def depth_tile(depth_m: NDArray[np.float32]) -> tuple[str, Picture]:
-    """Caption and colours of a depth (float32, H x W, metres): red is near, blue is far, black where there is none."""
+    """Return caption and colours of a depth (float32, H x W, metres): red is near, blue far, black where none is."""
     known = np.isfinite(depth_m)
     if not known.any():
         return "depth: none", np.zeros((*depth_m.shape, 3), np.uint8)

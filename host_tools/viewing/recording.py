@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Where a recording for Rerun goes: a viewer of its own, one that runs already, browsers, or a file."""
+"""Where a recording for Rerun goes: a new viewer, a running one, browsers, or a file."""
 
 from __future__ import annotations
 
@@ -18,19 +18,19 @@ from typing import Any
 from ..core.errors import ViewerError
 from ..core.extras import import_extra
 
-#: Where Rerun's viewer listens unless told otherwise.
+#: Where Rerun's viewer listens by default.
 DEFAULT_URL = "rerun+http://127.0.0.1:9876/proxy"
 
 #: Longest wait for a viewer in seconds.
 _CONNECT_S = 3.0
 
-#: Longest wait in seconds until all that was told has arrived.
+#: Longest wait until all logged data has arrived, in seconds.
 _FLUSH_S = 30.0
 
 
 @dataclass(frozen=True)
 class Target:
-    """Where to: a file, the URL of a viewer that runs, a port to serve browsers at; with none a viewer is started."""
+    """Where a recording goes: a file, the URL of a running viewer, a port for browsers; without any, a new viewer."""
 
     save:    Path | None = None
     connect: str | None  = None
@@ -45,13 +45,13 @@ class Recording:
     MissingExtraError
         Rerun is not installed.
     ViewerError
-        The file cannot be written, nobody listens at the URL, or there is no display to start a viewer on.
+        The file cannot be written, no viewer listens at the URL, or there is no display to start a viewer on.
     """
 
     def __init__(self, target: Target) -> None:
         self.rerun  = import_extra("rerun", "view", "the viewer needs")
         self.stream = self.rerun.RecordingStream("litestereo")
-        #: Where browsers find the viewer, if there is one to serve.
+        #: URL of the page for browsers; empty if there is none.
         self.page   = ""
         try:
             self._begin(target)
@@ -77,11 +77,11 @@ class Recording:
             self.stream.spawn()
 
     def log(self, path: str, what: Any, static: bool = False) -> None:
-        """Adds one thing at the time that was set last."""
+        """Log a value of Rerun under `path`, at the time that was set last, or for all times if `static`."""
         self.stream.log(path, what, static=static)
 
     def close(self) -> None:
-        """Waits, a bounded time, until everything has arrived; raises ViewerError if it does not."""
+        """Wait until everything has arrived, for a bounded time; raise ViewerError if it does not arrive."""
         try:
             self.stream.flush(timeout_sec=_FLUSH_S)
         except RuntimeError as error:
@@ -91,7 +91,7 @@ class Recording:
 
 
 def _probe(url: str) -> None:
-    """Raises ViewerError if nobody listens at a viewer's URL: Rerun itself would try for ever."""
+    """Raise ViewerError if no viewer listens at a URL: Rerun itself would try for ever."""
     parts = urllib.parse.urlsplit(url)
     try:
         host, port = parts.hostname, parts.port
@@ -107,6 +107,6 @@ def _probe(url: str) -> None:
 
 
 def _check_display() -> None:
-    """Raises ViewerError if a viewer started here could not be seen."""
+    """Raise ViewerError if there is no display for a viewer."""
     if sys.platform.startswith("linux") and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
         raise ViewerError("there is no display to start the viewer on: use --save, --serve, --connect or --montage")

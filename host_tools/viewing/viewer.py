@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""What Rerun is shown of each frame: images, map, depth, cloud, and how fast it goes."""
+"""Shows frames in Rerun: images, map, depth, cloud, rate and latency."""
 
 from __future__ import annotations
 
@@ -12,12 +12,13 @@ from numpy.typing import NDArray
 
 from ..core.geometry import StereoGeometry
 from ..core.images import color_image, disparity_pixels
-from ..live.watch import Meter, Seen
+from ..live.matching import MatchedShot
+from ..live.meter import Meter
 from .recording import Recording, Target
 
 
 class Viewer:
-    """Shows frames; `close` it.
+    """Shows frames in a recording of Rerun; `close` it at the end.
 
     Parameters
     ----------
@@ -26,7 +27,7 @@ class Viewer:
     geometry
         For depth and cloud; None for neither.
     max_points
-        Of each cloud so many points are shown at most, evenly left out.
+        Largest number of points of a cloud: of a larger cloud every second, third, ... point is shown.
 
     Raises
     ------
@@ -43,33 +44,35 @@ class Viewer:
             # x to the right, y down, z ahead, as cameras have it.
             self._recording.log("world", self._recording.rerun.ViewCoordinates.RDF, static=True)
 
-    def show(self, number: int, seen: Seen, meter: Meter) -> None:
-        """Adds a frame, on the timelines `frame` and `taken`, which begins with the first frame."""
+    def show(self, number: int, matched: MatchedShot, meter: Meter) -> None:
+        """Add a frame on the timelines `frame` (its number) and `taken` (seconds since the first frame was taken)."""
         rerun, log = self._recording.rerun, self._recording.log
         if self._begin_s is None:
-            self._begin_s = seen.shot.taken_at_s
+            self._begin_s = matched.shot.taken_at_s
         self._recording.stream.set_time("frame", sequence=number)
-        self._recording.stream.set_time("taken", duration=seen.shot.taken_at_s - self._begin_s)
-        log("left", rerun.Image(seen.shot.left))
-        log("right", rerun.Image(seen.shot.right))
-        log("disparity", rerun.Image(color_image(seen.result.disparity, seen.result.settings), color_model="BGR"))
-        log("rate/frames_per_s", rerun.Scalars(meter.frames_per_s))
-        log("rate/latency_ms", rerun.Scalars(1000*seen.latency_s))
-        if self._geometry is not None and seen.depth_m is not None:
-            # Rerun takes 0 for no depth.
-            log("depth", rerun.DepthImage(np.nan_to_num(seen.depth_m), meter=1.0))
-            points, grey = cloud(self._geometry, seen, self._max_points)
+        self._recording.stream.set_time("taken", duration=matched.shot.taken_at_s - self._begin_s)
+        log("left", rerun.Image(matched.shot.left))
+        log("right", rerun.Image(matched.shot.right))
+        colours = color_image(matched.result.disparity, matched.result.settings)
+        log("disparity", rerun.Image(colours, color_model="BGR"))
+        log("rate/recent_frames_per_s", rerun.Scalars(meter.recent_frames_per_s))
+        log("rate/latency_ms", rerun.Scalars(1000*matched.latency_s))
+        if self._geometry is not None and matched.depth_m is not None:
+            # To Rerun a depth of 0 means none.
+            log("depth", rerun.DepthImage(np.nan_to_num(matched.depth_m), meter=1.0))
+            points, grey = cloud(self._geometry, matched, self._max_points)
             log("world/points", rerun.Points3D(points, colors=np.repeat(grey[:, None], 3, axis=1)))
 
     def close(self) -> None:
-        """Waits until everything has arrived; raises ViewerError if it does not."""
+        """Wait until everything has arrived, for a bounded time; raise ViewerError if it does not arrive."""
         self._recording.close()
 
 
-def cloud(geometry: StereoGeometry, seen: Seen, max_points: int) -> tuple[NDArray[np.float32], NDArray[np.uint8]]:
-    """Points of a frame (float32, N x 3, metres) and their grey values (uint8, N), `max_points` of them at most."""
-    pixels = disparity_pixels(seen.result.disparity, seen.result.settings.invalid)
+def cloud(geometry: StereoGeometry, matched: MatchedShot, max_points: int
+          ) -> tuple[NDArray[np.float32], NDArray[np.uint8]]:
+    """Return points of a frame (float32, N x 3, metres) and their grey values (uint8, N), N at most `max_points`."""
+    pixels = disparity_pixels(matched.result.disparity, matched.result.settings.invalid)
     points = geometry.points_m(pixels)
     there  = np.isfinite(points).all(axis=-1)
     step   = max(1, -(-int(there.sum())//max_points))
-    return points[there][::step], seen.shot.left[there][::step]
+    return points[there][::step], matched.shot.left[there][::step]

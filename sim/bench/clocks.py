@@ -67,7 +67,7 @@ class Measurement:
         return self.clocks/(self.width*self.height)
 
 
-def measure(device: Device, case: Case, command: str = "bench") -> Measurement:
+def measure_frame(device: Device, case: Case, command: str = "bench") -> Measurement:
     """Match the firmware's pattern, and check the map's CRC-32 against the model's.
 
     Parameters
@@ -118,7 +118,7 @@ def figures(case: Case, result: Measurement, memory: str) -> list[Figure]:
 
 def cpu_figures(device: Device, accelerator: Measurement) -> list[Figure]:
     """The same arithmetic in C on the CPU of the SoC, and how many times faster the accelerator is, in clocks."""
-    cpu = measure(device, CPU_CASE, "cpu_bench")
+    cpu = measure_frame(device, CPU_CASE, "cpu_bench")
     return [
         {"name": f"cpu_clocks_per_pixel/{case_name(CPU_CASE)}", "value": round(cpu.clocks_per_pixel, 1),
          "unit": "clocks"},
@@ -157,7 +157,7 @@ def main() -> int:
             with connect(f"sim:?ram={memory}&link=serial") as device:
                 for case in CASES:
                     print(f"measuring {case_name(case)} on {memory}", file=sys.stderr, flush=True)
-                    result = measure(device, case)
+                    result = measure_frame(device, case)
                     rows  += figures(case, result, memory)
                     if case == CASES[0] and memory == MEMORIES[0]:
                         first = result

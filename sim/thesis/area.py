@@ -21,22 +21,22 @@ from .section import Section
 #: Families: that of the board of the thesis, and the one that open tools place and route.
 FAMILIES = ("Spartan-6", "ECP5")
 
-#: ECP5 on which presets are placed, and the clock that is asked for: those of resources.md.
+#: ECP5 on which presets are placed, and the clock that is constrained: those of resources.md.
 DEVICE, CONSTRAINT_MHZ = PLACEMENTS[0][:2]
 
-#: Most disparities that are placed, and without further stages: more takes too long for a page that is made again.
+#: Most disparities that are placed, without further stages: more take too long for a page that is often remade.
 MOST_PLACED = 64
 
 
 def placed_mhz(scale: Scale, preset: Preset) -> float | None:
-    """Clock that a preset reaches on the ECP5; None if it is not placed. Raises ToolError as `place` does."""
+    """Return the clock, in MHz, that a preset reaches on the ECP5; None if it is not placed. Raise as `place` does."""
     if preset.features != BARE or preset.disparities > MOST_PLACED:
         return None
     return round(place(DEVICE, CONSTRAINT_MHZ, scale.width, *preset.build).mhz, 1)
 
 
-def measure(scale: Scale, folder: Path) -> dict[str, Any]:
-    """Resources of each preset on each family, and its clock."""
+def measure_resources(scale: Scale, folder: Path) -> dict[str, Any]:
+    """Return the resources of each preset on each family, and its clock."""
     rows = []
     for preset in scale.presets:
         for family in FAMILIES:
@@ -47,7 +47,7 @@ def measure(scale: Scale, folder: Path) -> dict[str, Any]:
 
 
 def fields(result: dict[str, Any]) -> dict[str, object]:
-    """Fields of the table."""
+    """Return the fields of the table."""
     header = ["configuration", "family", "LUT sites", "LUT cells", "FF", "BRAM", "DSP", "clock, MHz"]
     rows   = [[row["name"], row["family"], row["lut"], row["cells"], row["ff"], f"{row['bram']:g}", row["dsp"],
                row["mhz"] or ""] for row in result["rows"]]
@@ -64,5 +64,5 @@ place and route for it, so it has no clock here. The clock is that of an {device
 the slowest), with a constraint of {constraint} MHz. Only matchers without further stages are placed, of up to
 {most} disparities; [resources.md](resources.md#place-and-route-on-an-ecp5) has a matcher with all stages. {tools}.
 
-{table}""", measure, fields),
+{table}""", measure_resources, fields),
 ]

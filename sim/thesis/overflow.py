@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Figure 5.3: overflow of the sums, which the thesis has in its section 5.7.1, and why ours have none."""
+"""Figure 5.3: overflow of the sums, which the thesis has in its section 5.7.1, and why ours do not overflow."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ COLUMNS = 3
 
 
 def widths(disparities: int, block_size: int) -> dict[str, int]:
-    """Largest sums of a column and of a block, and the bits that the elaborated cores have for them."""
+    """Return the largest sums of a column and of a block, and the bits that the elaborated cores have for them."""
     parameters = MatcherParameters(disparities + 2*MAX_BLOCK_SIZE, disparities=disparities, max_block_size=block_size,
                                    features=BARE)
     return {
@@ -51,7 +51,7 @@ def widths(disparities: int, block_size: int) -> dict[str, int]:
 
 
 def wrapped_map(pair: StereoPair, preset: Preset, bits: int) -> NDArray[np.int16]:
-    """What matching would give if the sums of a block had so many bits."""
+    """Return the map (int16, H x W, sixteenths) of a matcher whose sums of a block have only so many bits."""
     settings = preset.settings()
     height, width = pair.left.shape
     columns  = settings.columns(width)
@@ -65,7 +65,8 @@ def wrapped_map(pair: StereoPair, preset: Preset, bits: int) -> NDArray[np.int16
 
 
 def worst_case_differences(disparities: int) -> int:
-    """Pixels in which the gateware's map of black against white differs from the model's, at the largest block."""
+    """Return in how many pixels the gateware's map of black against white differs from the model's, at the largest
+    block."""
     size    = disparities + 2*MAX_BLOCK_SIZE
     black   = np.zeros((size, size), np.uint8)
     matcher = CosimMatcher(size, disparities, MAX_BLOCK_SIZE, BARE)
@@ -77,13 +78,13 @@ def worst_case_differences(disparities: int) -> int:
     return wrong
 
 
-def measure(scale: Scale, folder: Path) -> dict[str, Any]:
-    """Widths of the sums, the worst case, and maps of sums that are cut."""
+def measure_overflow(scale: Scale, folder: Path) -> dict[str, Any]:
+    """Return the widths of the sums and the worst case, and draw maps of sums that are cut."""
     preset  = scale.presets[0]
     pair    = stereo_pair(SHOWN)
     needed  = widths(preset.disparities, preset.block_size)["cost_bits"]
-    right   = stereo_bm(pair.left, pair.right, preset.settings())
-    valid   = right > preset.settings().invalid
+    whole   = stereo_bm(pair.left, pair.right, preset.settings())
+    valid   = whole > preset.settings().invalid
     cut     = {bits: wrapped_map(pair, preset, bits) for bits in range(needed, FEWEST_BITS - 1, -1)}
     maps(folder / "overflow.png", [(f"{bits} bits", disparity_pixels(one)) for bits, one in cut.items()],
          preset.disparities - 1, COLUMNS)
@@ -92,17 +93,17 @@ def measure(scale: Scale, folder: Path) -> dict[str, Any]:
         "preset":   preset.name,
         "widths":   [widths(preset.disparities, size) for size in sizes],
         "worst":    worst_case_differences(preset.disparities),
-        "changed":  {bits: 100*float((one != right)[valid].mean()) for bits, one in cut.items()},
+        "changed":  {bits: 100*float((one != whole)[valid].mean()) for bits, one in cut.items()},
         "largest":  MAX_BLOCK_SIZE,
     }
 
 
 def fields(result: dict[str, Any]) -> dict[str, object]:
-    """Fields of the figure."""
+    """Return the fields of the figure."""
     sums = table(["block", "largest column sum", "its bits", "bits built", "largest SAD", "its bits", "bits built"],
         [[f"{row['block_size']}x{row['block_size']}", row["column"], row["column"].bit_length(), row["column_bits"],
           row["cost"], row["cost"].bit_length(), row["cost_bits"]] for row in result["widths"]])
-    cuts = table(["bits of a SAD", "pixels with another disparity, %"],
+    cuts = table(["bits of a SAD", "pixels with another disparity, % of those with one"],
                  [[bits, f"{share:.2f}"] for bits, share in result["changed"].items()])
     return {"sums": sums, "cuts": cuts, "worst": result["worst"], "largest": result["largest"],
             "preset": result["preset"]}
@@ -122,5 +123,5 @@ The picture shows what overflow would do: Tsukuba ({preset}) by the model, with 
 
 ![Tsukuba with sums of fewer bits](images/thesis/overflow.png)
 
-{cuts}""", measure, fields, needs_pairs=True),
+{cuts}""", measure_overflow, fields, needs_pairs=True),
 ]

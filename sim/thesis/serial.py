@@ -19,7 +19,7 @@ from ...firmware import FIRMWARE_DIR
 from ...host_tools.data.datasets import StereoPair
 from ...host_tools.devices.connect import Device, connect
 from ...soc.reports.markdown import table
-from ..bench.clocks import measure as bench
+from ..bench.clocks import measure_frame
 from .clocks import WrongMap
 from .middlebury import stereo_pair
 from .presets import BARE, Preset, Scale
@@ -38,7 +38,7 @@ FRAMES = 20
 
 
 def compiled(folder: Path) -> Path:
-    """The program for this computer; raises RuntimeError if it cannot be built."""
+    """Build the program for this computer; raise RuntimeError if it cannot be built."""
     if shutil.which("gcc") is None:
         raise RuntimeError("gcc is not installed: install the package gcc")
     program = folder / "serial_sad"
@@ -49,7 +49,7 @@ def compiled(folder: Path) -> Path:
 
 
 def serial(program: Path, pair: StereoPair, preset: Preset) -> tuple[float, NDArray[np.int16]]:
-    """Shortest time of a frame in seconds of the processor, and the map."""
+    """Run the program; return the shortest processor time of a frame in seconds, and the map."""
     height, width = pair.left.shape
     numbers = (width, height, preset.disparities, preset.block_size, FRAMES)
     done    = subprocess.run([program, *map(str, numbers)], input=pair.left.tobytes() + pair.right.tobytes(),
@@ -59,26 +59,26 @@ def serial(program: Path, pair: StereoPair, preset: Preset) -> tuple[float, NDAr
 
 
 def strips(scale: Scale) -> tuple[int, int]:
-    """Rows of the two strips that the CPU matches, both higher than a block."""
+    """Return the rows of the two strips that the CPU matches, both higher than a block."""
     return scale.strip_rows//2, scale.strip_rows
 
 
 def cpu_clocks(device: Device, scale: Scale, preset: Preset, pair: StereoPair) -> int:
-    """Clocks of the CPU of the SoC for a frame of the pair's size.
+    """Return the clocks of the CPU of the SoC for a frame of the pair's size.
 
-    Two strips are measured, and the rows that the frame has beyond them are added. What a row takes depends on
-    where it lies in the CPU's data cache, so the strips differ by about as many rows as that cache holds: two rows
-    were a fifth off. The whole frame would be an hour of simulation.
+    Two strips are measured, and the rows that the frame has beyond them are extrapolated. The clocks of a row depend
+    on its place in the CPU's data cache, so the strips differ by about as many rows as that cache holds: with two rows
+    the result was a fifth off. The whole frame would take an hour of simulation.
     """
     height, width = pair.left.shape
     low, high     = strips(scale)
-    less, more    = (bench(device, (width, rows, preset.disparities, preset.block_size, "sad"), "cpu_bench").clocks
-                     for rows in (low, high))
+    cases         = [(width, rows, preset.disparities, preset.block_size, "sad") for rows in (low, high)]
+    less, more    = (measure_frame(device, case, "cpu_bench").clocks for case in cases)
     return more + (height - high)*(more - less)//(high - low)
 
 
-def measure(scale: Scale, folder: Path) -> dict[str, Any]:
-    """Clocks of the accelerator, the time of the program by its time, and the clocks of the CPU."""
+def measure_programs(scale: Scale, folder: Path) -> dict[str, Any]:
+    """Return the clocks of the accelerator, the program's time divided by its time, and the clocks of the CPU."""
     program = compiled(folder)
     presets = [preset for preset in scale.presets if preset.features == BARE]
     rows    = []
@@ -92,7 +92,7 @@ def measure(scale: Scale, folder: Path) -> dict[str, Any]:
                 seconds, disparity = serial(program, pair, preset)
                 if not np.array_equal(disparity, expected):
                     raise WrongMap(f"the maps of {name} by gateware and by C differ: {preset.name}")
-                # One configuration of few disparities: it takes minutes, and for more the CPU has no memory.
+                # One configuration only: it takes minutes, and the CPU has no memory for more disparities.
                 cpu = cpu_clocks(device, scale, preset, pair) if preset == presets[0] else None
                 rows.append({"pair": name, "preset": preset.name, "clocks": clocks, "cpu": cpu,
                              "ratio": seconds*1e6*scale.clock_mhz/clocks})
@@ -100,7 +100,7 @@ def measure(scale: Scale, folder: Path) -> dict[str, Any]:
 
 
 def fields(result: dict[str, Any]) -> dict[str, object]:
-    """Fields of the table."""
+    """Return the fields of the table."""
     header = ["pair", "configuration", "accelerator, clocks", "C on this computer, times the accelerator's time",
               "C on the VexRiscv, clocks", "times the accelerator's clocks"]
     rows   = [[row["pair"].capitalize(), row["preset"], row["clocks"], f"{row['ratio']:.1f}", row["cpu"] or "",
@@ -118,5 +118,5 @@ of the SoC in litex_sim both are in clocks: the console's `cpu_bench`, on noise 
 and {high} rows. The clocks of the remaining rows are extrapolated, within some percent, because the cost of a row
 depends on its place in the data cache. Only one configuration is measured, because it takes minutes of simulation.
 
-{table}""", measure, fields, needs_pairs=True, uses=("serial_sad.c",)),
+{table}""", measure_programs, fields, needs_pairs=True, uses=("serial_sad.c",)),
 ]

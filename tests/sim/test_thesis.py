@@ -167,7 +167,7 @@ def test_cpu_clocks(monkeypatch):
         asked.append((command, *case))
         return type("Measurement", (), {"clocks": 1000 + 70*case[1]})
 
-    monkeypatch.setattr(serial, "bench", bench)
+    monkeypatch.setattr(serial, "measure_frame", bench)
     pair = StereoPair(*(np.zeros((100, 40), np.uint8) for _ in range(2)), np.zeros((100, 40), np.float32))
     assert serial.cpu_clocks(None, SMALL, Preset(16, 7), pair) == 1000 + 70*100
     assert asked == [("cpu_bench", 40, rows, 16, 7, "sad") for rows in (8, 16)]

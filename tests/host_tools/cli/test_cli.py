@@ -23,6 +23,7 @@ import pytest
 from litestereo.host_tools.cli import info
 from litestereo.host_tools.core.settings import MatcherSettings
 from litestereo.host_tools.data.ground_truth import read_ground_truth
+from litestereo.host_tools.evaluation.metrics import METRICS
 from litestereo.host_tools.link import link
 from litestereo.host_tools.link.settings import LinkSettings
 from litestereo.host_tools.protocol import payloads
@@ -92,7 +93,8 @@ def test_match_writes_the_map_and_a_summary(pair, url, tmp_path, capfd):
     written = np.load(tmp_path / "a" / "b" / "disparity.npy")
     assert np.array_equal(written, expected_map(*images, MatcherSettings(16, 7)))
     for text in ("120x50", "16 disparities", "block size 7", "6000, 1.000 per pixel", "frames/s at 100 MHz",
-                 "bad-1.0     0.00 %", "bad-2.0", "mean error  0.0", "density", "disparity_color.png"):
+                 "bad-1.0     0.00 % of the known pixels", "bad-2.0", "mean error  0.0", "mean over the valid pixels",
+                 "density", "disparity_color.png"):
         assert text in out
     assert sorted(path.name for path in (tmp_path / "a" / "b").iterdir()) == [
         "disparity.npy", "disparity.pfm", "disparity.png", "disparity_color.png"]
@@ -105,7 +107,8 @@ def test_match_as_json(pair, url, capfd):
     assert (summary["disparities"], summary["block_size"]) == (32, 9)
     assert summary["clocks"] == 6000 and summary["clocks_per_pixel"] == 1.0
     assert summary["fps_at_100_mhz"] == pytest.approx(1e8/6000)
-    assert summary["quality"]["bad_1_0"] == 0 and summary["quality"]["mean_error"] < 0.1
+    assert list(summary["quality"]) == list(METRICS)
+    assert summary["quality"]["bad_1_0"] == 0 and summary["quality"]["avgerr"] < 0.1
     assert 50 < summary["quality"]["density"] < 100
     assert all(os.path.isfile(path) for path in summary["files"])
 
@@ -131,7 +134,8 @@ def test_match_of_a_colour_pair_says_so(tmp_path, capfd):
     map_   = np.load(tmp_path / "disparity.npy")
     truth  = read_ground_truth(folder / "disp_left_u16.png")
     both   = (map_ >= 0) & np.isfinite(truth)
-    assert bad == pytest.approx(100*np.mean(np.abs(map_[both]/16 - truth[both]) > 1), abs=0.006)
+    wrong  = np.sum(np.abs(map_[both]/16 - truth[both]) > 1)
+    assert bad == pytest.approx(100*wrong/np.isfinite(truth).sum(), abs=0.006)
 
 
 def test_info(url, capfd):

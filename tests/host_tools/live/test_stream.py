@@ -80,7 +80,7 @@ def test_folders_through_a_device_on_a_network(data, images, tmp_path, capfd):
     for frame, pair in zip(frames, images, strict=True):
         assert np.array_equal(np.load(frame["file"]), expected_map(*pair, SETTINGS))
         assert 0 < frame["latency_s"] < 10 and frame["clocks"] == 96*40
-        assert frame["density"] == pytest.approx(np.mean(expected_map(*pair, SETTINGS) > -16))
+        assert frame["valid_of_all"] == pytest.approx(100*np.mean(expected_map(*pair, SETTINGS) > -16))
     assert summary["frames_per_s"] == pytest.approx(FRAMES/summary["seconds"])
     assert 0 < summary["latency_p50_s"] <= summary["latency_p95_s"] <= summary["latency_p99_s"] < 10
 
@@ -112,7 +112,7 @@ def test_cameras(cameras, images, monkeypatch, capfd):
     assert run(*stream(*cameras), "--frames", 3, "--json") == 0
     frames, summary = told(capfd)
     assert summary["frames"] == 3 and FakeCapture.opened == []
-    assert frames[2]["density"] == pytest.approx(np.mean(expected_map(*images[2], SETTINGS) > -16))
+    assert frames[2]["valid_of_all"] == pytest.approx(100*np.mean(expected_map(*images[2], SETTINGS) > -16))
 
 
 def test_a_camera_that_is_unplugged(images, monkeypatch, capfd):

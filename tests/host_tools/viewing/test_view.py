@@ -89,7 +89,7 @@ def test_a_recording_holds_every_frame(data, images, tmp_path, capfd):
     rows = loaded(tmp_path/"new"/"out.rrd")
     for entity, name in (("/left", "Image:buffer"), ("/right", "Image:buffer"), ("/disparity", "Image:buffer"),
                          ("/depth", "DepthImage:buffer"), ("/world/points", "Points3D:positions"),
-                         ("/world/points", "Points3D:colors"), ("/rate/frames_per_s", "Scalars:scalars"),
+                         ("/world/points", "Points3D:colors"), ("/rate/recent_frames_per_s", "Scalars:scalars"),
                          ("/rate/latency_ms", "Scalars:scalars")):
         assert sorted(rows[entity, name]) == list(range(FRAMES)), (entity, name)
     for number, (left, right) in enumerate(images):

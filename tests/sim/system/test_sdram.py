@@ -12,7 +12,7 @@ import pytest
 
 from litestereo.host_tools.core.settings import MatcherSettings
 from litestereo.host_tools.devices.connect import connect
-from litestereo.sim.bench.clocks import measure
+from litestereo.sim.bench.clocks import measure_frame
 from litestereo.sim.system.simulation import SYS_CLK_HZ, start_simulation
 from support.expected import expected_map
 from support.pairs import generator, textured_pair
@@ -36,7 +36,7 @@ def check_serial_line(simulation):
     """Self test, clocks and a frame over the serial line."""
     with connect(f"tcp://127.0.0.1:{simulation.port}") as device:
         assert "selftest: passed" in device.console("selftest", 200)
-        result = measure(device, (640, 480, 64, 9, "all"))
+        result = measure_frame(device, (640, 480, 64, 9, "all"))
         assert 1 < result.clocks_per_pixel < 2
         left, right = textured_pair(101, 33, generator(54))
         (frame,)    = device.stream([(left, right)], MatcherSettings(64, 9))

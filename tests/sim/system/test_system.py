@@ -21,7 +21,7 @@ import pytest
 
 from litestereo.host_tools.core.settings import MatcherSettings
 from litestereo.host_tools.devices.connect import connect
-from litestereo.sim.bench.clocks import measure
+from litestereo.sim.bench.clocks import measure_frame
 from litestereo.sim.models.stereo_bm import StereoSettings
 from litestereo.sim.system.build import SimulationError
 from litestereo.sim.system.simulation import start_simulation
@@ -72,11 +72,11 @@ def test_one_pixel_per_clock(url):
     """640x480, 64 disparities, block 9, memory to memory, every stage on or none; the map's CRC-32 is the model's."""
     with connect(url) as device:
         for stages in ("all", "sad"):
-            result = measure(device, (640, 480, 64, 9, stages))
+            result = measure_frame(device, (640, 480, 64, 9, stages))
             assert result.clocks_per_pixel <= 1.05
             # A row waits for half a block, the prefilter, the left-right check and the median.
             assert result.first_row_clocks <= 640*(9//2 + 1 + 9//2 + 4)
-        assert measure(device, (160, 32, 64, 9, "sad"), "cpu_bench").clocks_per_pixel > 100
+        assert measure_frame(device, (160, 32, 64, 9, "sad"), "cpu_bench").clocks_per_pixel > 100
 
 
 @pytest.mark.long
