@@ -3,4 +3,4 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Cameras: what describes a pair, its calibration from pictures of a board, and rectification."""
+"""Pairs of cameras: their parameters, calibration from images of a board, and rectification."""

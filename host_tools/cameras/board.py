@@ -21,21 +21,21 @@ from ..core.errors import UsageError
 #: Kinds of boards by their names on the command line.
 KINDS = ("chessboard", "charuco")
 
-#: A square is not larger than this: who gives millimetres is told so. In metres.
+#: Largest side of a square in metres; a larger number is one in millimetres.
 _MAX_SQUARE_M = 1.0
 
-#: Half the window that a corner is found in more exactly, in pixels, and when to stop.
+#: Least and largest half side of the window that refines a corner, in pixels, and when the refinement stops.
 _LEAST_REACH_PX = 2
 _MOST_REACH_PX  = 8
 _CRITERIA       = (cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, 40, 1e-3)
 
-#: Fewer corners of a board with markers do not say well where it is.
+#: Least number of corners: with fewer the pose of a board with markers is uncertain.
 _MIN_CORNERS = 6
 
 
 @dataclass(frozen=True, eq=False)
 class Corners:
-    """Corners of a board in an image: numbers (int32, N) and places (float32, N x 2, pixels)."""
+    """Corners of a board in an image: their numbers (int32, N) and positions (float32, N x 2, in pixels)."""
 
     ids:    NDArray[np.int32]
     pixels: NDArray[np.float32]
@@ -46,25 +46,25 @@ class Board(Protocol):
 
     @property
     def points_m(self) -> NDArray[np.float32]:
-        """Places of the corners on the board by their numbers: float32, N x 3, in metres, z is 0."""
+        """Positions of the corners on the board, by their numbers: float32, N x 3, in metres, z is 0."""
 
     @property
     def hint(self) -> str:
-        """What to look at when the board is found nowhere."""
+        """What to check if the board is found in no image."""
 
     def find(self, image: NDArray[np.uint8]) -> Corners | None:
-        """Corners in a grey image (uint8, H x W); None if the board is not there."""
+        """Return the corners in a grey image (uint8, H x W); None if the board is not found."""
 
 
 def _grid_m(columns: int, rows: int, square_m: float) -> NDArray[np.float32]:
-    """Places of inner corners, row after row."""
+    """Return the positions of the inner corners, row by row: float32, N x 3, in metres."""
     points = np.zeros((rows*columns, 3), np.float32)
     points[:, :2] = np.mgrid[0:columns, 0:rows].T.reshape(-1, 2)*square_m
     return points
 
 
 class Chessboard:
-    """A chessboard of `columns` x `rows` inner corners, `square_m` metres apart; all of it must be seen."""
+    """A chessboard of `columns` x `rows` inner corners, `square_m` metres apart; all of it must be visible."""
 
     def __init__(self, columns: int, rows: int, square_m: float) -> None:
         self._size = (columns, rows)
@@ -89,7 +89,7 @@ class Chessboard:
         return Corners(np.arange(len(self._grid), dtype=np.int32), self._refined(image, pixels))
 
     def _refined(self, image: NDArray[np.uint8], pixels: MatLike) -> NDArray[np.float32]:
-        """Corners to a fraction of a pixel, by windows that reach a third of the way to the next corner."""
+        """Refine corners to a fraction of a pixel, in windows that extend a third of the way to the next corner."""
         rows    = np.asarray(pixels, np.float32).reshape(self._size[1], self._size[0], 2)
         spacing = min(float(np.linalg.norm(np.diff(rows, axis=axis), axis=2).min()) for axis in (0, 1))
         reach   = max(_LEAST_REACH_PX, min(_MOST_REACH_PX, int(spacing/3)))
@@ -98,7 +98,7 @@ class Chessboard:
 
 
 class Charuco:
-    """A ChArUco board of `columns` x `rows` squares with markers in them; a part of it is enough.
+    """A ChArUco board of `columns` x `rows` squares with markers in them; a visible part is enough.
 
     `square_m` and `marker_m` are sides in metres, `dictionary` names the markers as OpenCV does, "4X4_50" for one.
     """
@@ -129,7 +129,7 @@ class Charuco:
 
 def make_board(kind: str, size: str, square_m: float, marker_m: float | None = None,
                dictionary: str = "4X4_50") -> Board:
-    """A board by its description.
+    """Build a board from its description.
 
     Parameters
     ----------
@@ -138,14 +138,15 @@ def make_board(kind: str, size: str, square_m: float, marker_m: float | None = N
     size
         "9x6": inner corners of a chessboard, squares of a ChArUco board.
     square_m, marker_m
-        Side of a square, and of a marker, in metres; a marker is 0.75 of a square unless told.
+        Sides of a square, above 0 and at most 1, and of a marker, below that of a square, in metres; a marker is 0.75
+        of a square by default.
     dictionary
         Markers of a ChArUco board, as OpenCV names them.
 
     Raises
     ------
     UsageError
-        There is no such board.
+        The kind, the size, a side or the dictionary is invalid.
     """
     if kind not in KINDS:
         raise UsageError(f"the pattern must be one of {', '.join(KINDS)}, not '{kind}'")

@@ -18,21 +18,21 @@ from ..core.images import read_file
 
 @dataclass(frozen=True)
 class Calib:
-    """What a calib.txt says; `ndisp`, the number of disparities that are enough, is None if it does not say."""
+    """Contents of a calib.txt; `ndisp` is an upper bound for the number of disparities, None if it is not given."""
 
     geometry: StereoGeometry
     ndisp:    int | None
 
 
 def read_calib(path: Path) -> Calib:
-    """Calibration of a pair.
+    """Read the calibration of a pair from a calib.txt of Middlebury.
 
     Raises
     ------
     ImageError
         The file cannot be read.
     GeometryError
-        Something is missing in it, or is no number.
+        A value is missing in it, or is not a number.
     """
     lines  = read_file(path).decode("utf-8", "replace").splitlines()
     values = {name.strip(): value.strip() for name, equals, value in (line.partition("=") for line in lines) if equals}

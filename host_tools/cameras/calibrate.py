@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Pictures of a board to a calibrated pair of cameras."""
+"""Calibrates a pair of cameras from images of a board."""
 
 from __future__ import annotations
 
@@ -18,24 +18,24 @@ from ..core.errors import GeometryError
 from .camera_info import CameraInfo
 from .find import BadPair, BoardPair
 
-#: Fewer pairs do not determine two cameras.
+#: Least number of pairs that determine two cameras.
 MIN_PAIRS = 3
 
-#: A pair is bad if its error is this many times that of the middle one, and above this many pixels.
+#: A pair is bad if its error is above this many times the median, and above this many pixels.
 _BAD_FACTOR = 3.0
 _BAD_PX     = 0.5
 
-#: No more than this part of the pairs is left out: if more are bad, it is not the pairs.
+#: Largest share of the pairs that is removed as bad: if there are more, the cause is elsewhere.
 _MOST_BAD = 1/3
 
-#: Distortion models by ROS's names, and what OpenCV needs for them. The third radial coefficient of the first stays 0:
-#: but for wide lenses, which are for the second, it follows the noise.
+#: Distortion models by ROS's names, and OpenCV's flags for them. The third radial coefficient of the first model stays
+#: 0: it fits the noise, except with wide lenses, which need the second model.
 MODELS = {"plumb_bob": cv2.CALIB_FIX_K3, "rational_polynomial": cv2.CALIB_RATIONAL_MODEL}
 
-#: Coefficients of each model.
+#: Number of coefficients of each model.
 _COEFFICIENTS = {"plumb_bob": 5, "rational_polynomial": 8}
 
-#: Cameras nearer to each other are one and the same.
+#: Least baseline, in metres: with a smaller one both folders show the same camera.
 _LEAST_BASELINE_M = 1e-4
 
 _CRITERIA = (cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, 100, 1e-7)
@@ -43,8 +43,19 @@ _CRITERIA = (cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, 100, 1e-7)
 
 @dataclass(frozen=True)
 class PairErrors:
-    """How well a pair fits, in pixels: distance of its corners from where they should be (root mean square), and from
-    the same row of the other rectified image (mean)."""
+    """Errors of a pair.
+
+    Parameters
+    ----------
+    name
+        Name of the pair.
+    corners
+        Number of corners that both images show.
+    left_px, right_px
+        Reprojection error of each camera: root mean square over the corners, in pixels.
+    epipolar_px
+        Mean distance of the rows of a corner in the two rectified images, in pixels.
+    """
 
     name:        str
     corners:     int
@@ -54,13 +65,25 @@ class PairErrors:
 
     @property
     def reprojection_px(self) -> float:
-        """The error of the camera that fits worse."""
+        """The larger reprojection error of the two cameras."""
         return max(self.left_px, self.right_px)
 
 
 @dataclass(frozen=True)
 class Calibration:
-    """A calibrated pair of cameras, and how well the pictures fit them."""
+    """A calibrated pair of cameras, and its errors.
+
+    Parameters
+    ----------
+    left, right
+        The cameras.
+    reprojection_px, epipolar_px
+        Errors over all pairs that were used, in pixels: see `PairErrors`.
+    pairs
+        Errors of each pair that was used.
+    bad
+        Pairs that were not used.
+    """
 
     left:            CameraInfo
     right:           CameraInfo
@@ -72,16 +95,19 @@ class Calibration:
 
 def calibrate(pairs: Sequence[BoardPair], width: int, height: int, model: str = "plumb_bob", alpha: float = 0.0,
               keep_all: bool = False) -> Calibration:
-    """Calibrates a pair of cameras.
+    """Calibrate a pair of cameras with OpenCV's `stereoCalibrate`, which minimizes the reprojection error.
+
+    Each camera is calibrated alone first, by Z. Zhang, A flexible new technique for camera calibration, PAMI 2000. The
+    worst pair is removed, and the calibration repeated, while it is bad.
 
     Parameters
     ----------
     pairs
-        At least 3, taken with images of `width` x `height` pixels.
+        At least 3, from images of `width` x `height` pixels.
     model
         Distortion: "plumb_bob" or "rational_polynomial".
     alpha
-        0 to keep only what both lenses cover in the rectified images, 1 to keep all that they do.
+        0 to keep only pixels that both lenses cover in the rectified images, 1 to keep all that they cover.
     keep_all
         Whether to keep pairs that fit much worse than the others.
 
@@ -102,14 +128,14 @@ def calibrate(pairs: Sequence[BoardPair], width: int, height: int, model: str = 
             break
         bad.append(BadPair(worst.name, f"reprojection error {worst.reprojection_px:.2f} pixels, of the others "
                                        f"{middle:.2f}"))
-        # By its place: two pairs may have one name.
+        # By its index: two pairs may have the same name.
         del used[result.pairs.index(worst)]
     return Calibration(result.left, result.right, result.reprojection_px, result.epipolar_px, result.pairs,
                        tuple(bad))
 
 
 def _solve(pairs: Sequence[BoardPair], size: tuple[int, int], model: str, alpha: float) -> Calibration:
-    """The cameras that fit `pairs` best."""
+    """Calibrate with all of `pairs`, of images of `size`, width and height in pixels; raise as `calibrate`."""
     points = [pair.points_m for pair in pairs]
     left   = [pair.left_px for pair in pairs]
     right  = [pair.right_px for pair in pairs]
@@ -119,11 +145,11 @@ def _solve(pairs: Sequence[BoardPair], size: tuple[int, int], model: str, alpha:
     solved = cv2.stereoCalibrateExtended(
         points, left, right, first[0][1], first[0][2], first[1][1], first[1][2], size, np.eye(3), np.zeros((3, 1)),
         flags=flags | cv2.CALIB_USE_INTRINSIC_GUESS, criteria=_CRITERIA)
-    rms, k_left, d_left, k_right, d_right, turn, shift = solved[:7]
+    rms, k_left, d_left, k_right, d_right, rotation, shift = solved[:7]
     per_pair = np.asarray(solved[-1], np.float64).reshape(len(pairs), 2)
     _check_shift(np.asarray(shift, np.float64).reshape(3))
     r_left, r_right, p_left, p_right = cv2.stereoRectify(
-        k_left, d_left, k_right, d_right, size, turn, shift, flags=cv2.CALIB_ZERO_DISPARITY, alpha=alpha)[:4]
+        k_left, d_left, k_right, d_right, size, rotation, shift, flags=cv2.CALIB_ZERO_DISPARITY, alpha=alpha)[:4]
     cameras = [CameraInfo(name, *size, np.asarray(k, np.float64), model,
                           np.asarray(d, np.float64).reshape(-1)[:_COEFFICIENTS[model]],
                           np.asarray(r, np.float64), np.asarray(p, np.float64))
@@ -138,7 +164,7 @@ def _solve(pairs: Sequence[BoardPair], size: tuple[int, int], model: str, alpha:
 
 
 def _check_shift(shift_m: NDArray[np.float64]) -> None:
-    """Raises GeometryError unless the right camera is to the right of the left one; `shift_m` is T, float64, 3."""
+    """Raise GeometryError unless the right camera is to the right of the left one; `shift_m` is T, float64, 3."""
     if np.abs(shift_m).max() < _LEAST_BASELINE_M:
         raise GeometryError("both cameras are at the same place: are the two folders of one camera?")
     if abs(shift_m[0]) <= max(abs(shift_m[1]), abs(shift_m[2])):
@@ -150,7 +176,7 @@ def _check_shift(shift_m: NDArray[np.float64]) -> None:
 
 
 def rectified_px(pixels: NDArray[np.float32], camera: CameraInfo) -> NDArray[np.float32]:
-    """Places (float32, N x 2, pixels) of an image in its rectified image."""
+    """Map positions in an image (float32, N x 2, in pixels) to the rectified image; return the same type."""
     moved = cv2.undistortPoints(pixels.reshape(-1, 1, 2), camera.camera_matrix, camera.distortion,
                                 R=camera.rectification, P=camera.projection)
     return np.asarray(moved, np.float32).reshape(-1, 2)

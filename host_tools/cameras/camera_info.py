@@ -38,7 +38,7 @@ class CameraInfo:
     distortion_model, distortion
         "plumb_bob", "rational_polynomial" or "equidistant", and its coefficients, float64, N.
     rectification
-        R, float64, 3 x 3: turns the camera into the plane of the pair.
+        R, float64, 3 x 3: rotates the camera's frame so that both cameras share one image plane.
     projection
         P, float64, 3 x 4: of the rectified image, in pixels. For the right camera, P[0, 3] is the focal length times
         the baseline in metres, negative.
@@ -55,14 +55,14 @@ class CameraInfo:
 
 
 def read_camera_info(path: Path) -> CameraInfo:
-    """Camera in a YAML file of ROS.
+    """Read a camera from a YAML file of ROS.
 
     Raises
     ------
     ImageError
         The file cannot be read.
     GeometryError
-        It is no such YAML, or something is missing or not what it should be.
+        It is not a camera_info, or a value is missing or invalid.
     """
     try:
         content = yaml.safe_load(read_file(path))
@@ -91,13 +91,13 @@ def _size(content: dict[Any, Any], name: str, path: Path) -> int:
 
 
 def _matrix(content: dict[Any, Any], name: str, shape: tuple[int, int] | None, path: Path) -> NDArray[np.float64]:
-    """The matrix `name`, of `shape`, or a vector of any length if that is None."""
+    """Return the matrix `name`, of `shape`, or a vector of any length if that is None; raise GeometryError."""
     entry = content.get(name)
     data  = entry.get("data") if isinstance(entry, dict) else None
     data  = data if isinstance(data, list) else [None]
     count = len(data) if shape is None else shape[0]*shape[1]
     try:
-        # By way of float: to YAML 1.1 a number like 1e-5 is a text.
+        # YAML 1.1 parses a number like 1e-5 as a string; float() converts both.
         numbers = [float(number) for number in data]
     except (TypeError, ValueError):
         numbers = [np.nan]
@@ -108,7 +108,7 @@ def _matrix(content: dict[Any, Any], name: str, shape: tuple[int, int] | None, p
 
 
 def write_camera_info(path: Path, camera: CameraInfo) -> None:
-    """Writes a camera as ROS reads it, making the folder if need be; raises ImageError if that cannot be."""
+    """Write a camera as ROS reads it, and create the folder if needed; raise ImageError if it cannot be written."""
     def entry(matrix: NDArray[np.float64]) -> dict[str, Any]:
         rows = 1 if matrix.ndim == 1 else matrix.shape[0]
         return {"rows": rows, "cols": matrix.size//rows, "data": [float(number) for number in matrix.flat]}
@@ -132,7 +132,7 @@ def write_camera_info(path: Path, camera: CameraInfo) -> None:
 
 
 def pair_geometry(left: CameraInfo, right: CameraInfo) -> StereoGeometry:
-    """Geometry of a rectified pair, from the two projection matrices.
+    """Return the geometry of a rectified pair, from the two projection matrices.
 
     Raises
     ------
@@ -163,7 +163,7 @@ def pair_geometry(left: CameraInfo, right: CameraInfo) -> StereoGeometry:
 
 
 def ideal_cameras(geometry: StereoGeometry) -> tuple[CameraInfo, CameraInfo]:
-    """Left and right camera of images that are rectified already: no distortion, nothing to turn."""
+    """Return left and right camera of images that are rectified already: no distortion, no rotation."""
     def camera(name: str, cx_px: float, shift: float) -> CameraInfo:
         projection = np.array([[geometry.focal_px, 0, cx_px, shift], [0, geometry.focal_px, geometry.cy_px, 0],
                                [0, 0, 1, 0]], np.float64)

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""The board in pairs of pictures."""
+"""Finds a board in pairs of images."""
 
 from __future__ import annotations
 
@@ -22,9 +22,10 @@ Image = NDArray[np.uint8]
 
 @dataclass(frozen=True, eq=False)
 class BoardPair:
-    """The board in a pair of pictures: its corners that both show.
+    """Corners of the board that both images of a pair show.
 
-    `points_m` is float32, N x 3, in metres, on the board; `left_px` and `right_px` are float32, N x 2.
+    `points_m` are their positions on the board: float32, N x 3, in metres. `left_px` and `right_px` are those in the
+    images: float32, N x 2, in pixels.
     """
 
     name:     str
@@ -42,7 +43,7 @@ class BadPair:
 
 
 def find_board(name: str, left: Image, right: Image, board: Board) -> BoardPair | BadPair:
-    """Looks for a board in a pair of pictures (uint8, H x W)."""
+    """Find a board in a pair of images (uint8, H x W)."""
     if left.shape != right.shape:
         return BadPair(name, f"left is {left.shape[1]}x{left.shape[0]} pixels, right {right.shape[1]}x{right.shape[0]}")
     found   = [board.find(left), board.find(right)]
@@ -53,7 +54,7 @@ def find_board(name: str, left: Image, right: Image, board: Board) -> BoardPair 
     if len(common) < _MIN_COMMON_CORNERS:
         return BadPair(name, f"only {len(common)} corners in both images, {_MIN_COMMON_CORNERS} are needed")
     left_px, right_px = found[0].pixels[in_left], found[1].pixels[in_right]
-    # A chessboard may be found upside down in one of the two; cameras of a pair are not.
+    # A chessboard may be found upside down in one of the images; the cameras of a pair are the same way up.
     if np.dot(left_px[-1] - left_px[0], right_px[-1] - right_px[0]) < 0:
         right_px = right_px[::-1]
     return BoardPair(name, board.points_m[common], left_px, np.ascontiguousarray(right_px))

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Rectification: images as a pair of cameras takes them, to images as the matcher wants them."""
+"""Rectification: the images of a calibrated pair of cameras become images that the matcher can match."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from .camera_info import CameraInfo, pair_geometry, read_camera_info
 #: Names of the two files in a calibration's folder.
 FILES = ("left.yaml", "right.yaml")
 
-#: A pixel so little outside of an image is its first or last one, but for rounding.
+#: A position so little outside of an image is at its first or last pixel, except for rounding; in pixels.
 _EDGE_PX = 0.01
 
 #: An image of any depth: H x W, or H x W x 3.
@@ -42,18 +42,18 @@ class Rectifier:
     Raises
     ------
     GeometryError
-        They are not those of one pair, or have a distortion that is not known.
+        They are not one rectified pair, or have an unknown distortion model.
     """
 
     def __init__(self, left: CameraInfo, right: CameraInfo) -> None:
         self.cameras  = (left, right)
         self.geometry = pair_geometry(left, right)
         self._maps    = [_maps(camera) for camera in self.cameras]
-        # What no pixel of the image stands behind is black, and black matches black.
-        self._seen    = [_seen(maps, camera) for maps, camera in zip(self._maps, self.cameras, strict=True)]
+        # A rectified pixel outside of the camera's image is black, and black matches black: `clean` removes it.
+        self._covered = [_covered(maps, camera) for maps, camera in zip(self._maps, self.cameras, strict=True)]
 
     def rectify(self, left: Image, right: Image) -> tuple[Image, Image]:
-        """Rectified pair; raises ImageError if the images' size is not that of the calibration."""
+        """Rectify a pair of images (H x W, or H x W x 3); raise ImageError if they have not the calibration's size."""
         size = (self.geometry.height, self.geometry.width)
         for side, image in (("left", left), ("right", right)):
             if image.shape[:2] != size:
@@ -64,12 +64,18 @@ class Rectifier:
         return moved[0], moved[1]
 
     def clean(self, disparity: NDArray[np.int16], settings: MatcherSettings) -> NDArray[np.int16]:
-        """A map (int16, H x W, sixteenths of a pixel) of a rectified pair without what was matched with a border.
+        """Return a copy of a map without the disparities whose blocks reach outside of the cameras' images.
 
-        A pixel stays if its block, here and at its disparity in the right image, is all picture.
+        Parameters
+        ----------
+        disparity
+            Map of a rectified pair: int16, H x W, sixteenths of a pixel.
+        settings
+            The map was matched with these. A pixel keeps its disparity if its block lies in the left image, and the
+            block at its disparity in the right one.
         """
         block       = np.ones((settings.block_size, settings.block_size), np.uint8)
-        left, right = (cv2.erode(seen.astype(np.uint8), block, borderValue=1) > 0 for seen in self._seen)
+        left, right = (cv2.erode(covered.astype(np.uint8), block, borderValue=1) > 0 for covered in self._covered)
         rows, columns = np.indices(disparity.shape)
         there   = columns - np.rint(disparity/DISPARITY_SCALE).astype(np.int64)
         inside  = (there >= 0) & (there < disparity.shape[1])
@@ -77,14 +83,14 @@ class Rectifier:
         return np.where(kept, disparity, np.int16(settings.invalid)).astype(np.int16)
 
     def depth_m(self, disparity: NDArray[np.int16], settings: MatcherSettings) -> NDArray[np.float32]:
-        """Depth of a map (int16, H x W, sixteenths of a pixel): float32, H x W, in metres, nan where there is none."""
+        """Return the depth of a map (int16, H x W, sixteenths): float32, H x W, in metres, nan where there is none."""
         depth                  = self.geometry.depth_m(disparity_pixels(disparity, settings.invalid))
         depth[np.isinf(depth)] = np.nan
         return depth
 
 
 def _maps(camera: CameraInfo) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """Column and row that each rectified pixel comes from: float32, H x W."""
+    """Return the column and the row in the image of each rectified pixel: float32, H x W, in pixels."""
     arguments = (camera.camera_matrix, camera.distortion, camera.rectification, camera.projection[:, :3],
                  (camera.width, camera.height), cv2.CV_32FC1)
     if camera.distortion_model == "equidistant":
@@ -97,20 +103,20 @@ def _maps(camera: CameraInfo) -> tuple[NDArray[np.float32], NDArray[np.float32]]
     return np.asarray(columns, np.float32), np.asarray(rows, np.float32)
 
 
-def _seen(maps: tuple[NDArray[np.float32], NDArray[np.float32]], camera: CameraInfo) -> Mask:
-    """Pixels of the rectified image that the camera's image covers: bool, H x W."""
+def _covered(maps: tuple[NDArray[np.float32], NDArray[np.float32]], camera: CameraInfo) -> Mask:
+    """Return which pixels of the rectified image the camera's image covers: bool, H x W."""
     columns, rows = maps
     return ((columns >= -_EDGE_PX) & (columns <= camera.width - 1 + _EDGE_PX)
             & (rows >= -_EDGE_PX) & (rows <= camera.height - 1 + _EDGE_PX))
 
 
 def read_calibration(folder: Path) -> Rectifier:
-    """Rectifier for the cameras in `left.yaml` and `right.yaml` of a folder.
+    """Build the rectifier for the cameras in `left.yaml` and `right.yaml` of a folder.
 
     Raises
     ------
     ImageError, GeometryError
-        A file is missing, is not a camera_info of ROS, or the two are not one pair.
+        A file is missing or is not a camera_info of ROS, or the two are not one pair.
     """
     if not folder.is_dir():
         raise GeometryError(f"{folder}: there is no such folder, `litestereo calibrate` makes one")
@@ -119,6 +125,6 @@ def read_calibration(folder: Path) -> Rectifier:
 
 
 def geometry_text(geometry: StereoGeometry) -> str:
-    """The geometry for people."""
+    """Return the geometry as text."""
     return (f"{geometry.width}x{geometry.height} pixels, focal length {geometry.focal_px:.2f} pixels, baseline "
             f"{1000*geometry.baseline_m:.2f} mm")

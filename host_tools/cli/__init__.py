@@ -36,19 +36,19 @@ examples:
 
 devices:
   udp://host:port                   a device on a network (default port: 19539)
-  tcp://host:port                   a device behind a network connection that carries its serial line
+  tcp://host:port                   a device whose serial line a TCP connection carries
   serial:/dev/ttyUSB0?baud=1000000  a device at a serial port (default baud: 1000000)
-  sim:                              the full system in simulation, started for this command
+  sim:                              the full system in simulation, which this command starts
   cosim:?disparities=64&max_width=1024&max_block_size=21
                                     the gateware alone, in Verilator
   model:                            the reference model, in NumPy
 
-exit status: 0 success, 1 failure, 2 wrong usage, 130 interrupted (stream and view: 0, Ctrl-C is their usual end)
+exit status: 0 success, 1 failure, 2 wrong usage, 130 interrupted (stream and view: 0, as Ctrl-C ends them)
 """
 
 
 def _parser() -> Parser:
-    # Here and not above: loading OpenCV takes a while, and an interrupt meanwhile shall end like any other.
+    # Imported here, because loading OpenCV takes a while, and `main` must catch an interrupt during it too.
     from . import (
         bench,
         calibrate,
@@ -77,9 +77,12 @@ def _parser() -> Parser:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Runs the command with `arguments`, by default those of the process; returns the exit status.
+    """Run the command with `arguments`, by default those of the process; return the exit status.
 
-    Wrong usage ends in SystemExit with status 2, `--help` and `--version` with 0, as argparse does it.
+    Raises
+    ------
+    SystemExit
+        By argparse: with status 2 for wrong usage, with 0 for `--help` and `--version`.
     """
     try:
         if warning := check_opencv():
@@ -94,7 +97,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print("litestereo: interrupted", file=sys.stderr)
         return INTERRUPTED
     except BrokenPipeError:
-        # Who read the output has gone. Python's own flush at exit must not find the broken pipe again.
+        # The reader of the output has closed it. Without this Python's flush at exit fails on the same pipe.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return FAILURE
     return status

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""What the commands share of their arguments."""
+"""Arguments and argument types that several commands share."""
 
 from __future__ import annotations
 
@@ -17,43 +17,44 @@ from ..core.errors import UsageError
 from ..core.settings import MatcherSettings
 from ..link.urls import EXAMPLES, parse_url
 
-#: Environment variable that names the device when `--device` does not.
+#: Environment variable with the default of `--device`.
 DEVICE_VARIABLE = "LITESTEREO_DEVICE"
 
 
 class Parser(argparse.ArgumentParser):
-    """A parser that keeps its examples' lines, and complains in one line."""
+    """A parser that keeps the line breaks of its examples, and reports an error in one line."""
 
     def __init__(self, **options: Any) -> None:
         super().__init__(formatter_class=argparse.RawDescriptionHelpFormatter, allow_abbrev=False, **options)
 
     def error(self, message: str) -> NoReturn:
-        """Ends the process with status 2 and one line."""
+        """End the process with status 2 and one line on stderr."""
         self.exit(2, f"litestereo: error: {message} (see {self.prog} --help)\n")
 
 
 def add_device(parser: argparse.ArgumentParser) -> None:
-    """Adds `--device`, with the environment's device as its default."""
+    """Add `--device`, with the environment's device as its default."""
     default = os.environ.get(DEVICE_VARIABLE)
     parser.add_argument("--device", metavar="URL", type=device_url, default=default, required=default is None,
-                        help=f"where the device is: {', '.join(EXAMPLES.values())} (default: the environment "
+                        help=f"URL of the device: {', '.join(EXAMPLES.values())} (default: the environment "
                              f"variable {DEVICE_VARIABLE})")
 
 
 def add_json(parser: argparse.ArgumentParser) -> None:
-    """Adds `--json`."""
+    """Add `--json`."""
     parser.add_argument("--json", action="store_true", help="print JSON instead of text (default: text)")
 
 
 def add_calibration(parser: argparse.ArgumentParser, required: bool = False) -> None:
-    """Adds `--calibration`."""
+    """Add `--calibration`."""
     parser.add_argument("--calibration", metavar="DIR", type=Path, required=required,
                         help="folder with left.yaml and right.yaml of the cameras, as `litestereo calibrate` writes "
-                             "them" + ("" if required else ": images are rectified first (default: they are already)"))
+                             "them" + ("" if required else "; images are rectified first (default: they are rectified "
+                                                           "already)"))
 
 
 def device_url(text: str) -> str:
-    """Argument type: the URL of a device."""
+    """Check the URL of a device; an argument type."""
     try:
         parse_url(text)
     except UsageError as error:
@@ -62,7 +63,7 @@ def device_url(text: str) -> str:
 
 
 def setting(name: str) -> Callable[[str], int]:
-    """Argument type: a whole number that `MatcherSettings` takes as `name`."""
+    """Return an argument type: a whole number that is valid for the field `name` of `MatcherSettings`."""
     def parse(text: str) -> int:
         number = integer(text)
         named: dict[str, Any] = {name: number}
@@ -76,7 +77,7 @@ def setting(name: str) -> Callable[[str], int]:
 
 
 def natural(text: str) -> int:
-    """Argument type: a whole number of at least 0."""
+    """Parse a whole number of at least 0; an argument type."""
     number = integer(text)
     if number < 0:
         raise argparse.ArgumentTypeError(f"must be a whole number of at least 0, not '{text}'")
@@ -84,7 +85,7 @@ def natural(text: str) -> int:
 
 
 def count(text: str) -> int:
-    """Argument type: a whole number of at least 1."""
+    """Parse a whole number of at least 1; an argument type."""
     number = integer(text)
     if number < 1:
         raise argparse.ArgumentTypeError(f"must be a whole number of at least 1, not '{text}'")
@@ -92,7 +93,7 @@ def count(text: str) -> int:
 
 
 def positive(text: str) -> float:
-    """Argument type: a number above 0."""
+    """Parse a number above 0; an argument type."""
     try:
         number = float(text)
     except ValueError:
@@ -103,7 +104,7 @@ def positive(text: str) -> float:
 
 
 def fraction(text: str) -> float:
-    """Argument type: a number from 0 to 1."""
+    """Parse a number from 0 to 1; an argument type."""
     try:
         number = float(text)
     except ValueError:
@@ -114,7 +115,7 @@ def fraction(text: str) -> float:
 
 
 def integer(text: str) -> int:
-    """Argument type: a whole number."""
+    """Parse a whole number; an argument type."""
     try:
         return int(text)
     except ValueError:

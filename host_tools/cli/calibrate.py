@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""`litestereo calibrate`: pictures of a board to the cameras that took them."""
+"""`litestereo calibrate`: calibrates a pair of cameras from images of a board."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from ..core.images import read_grey
 from ..data.sources.files import PairFiles, pair_files
 from .arguments import Parser, add_json, fraction, positive
 
-#: Width of the table in columns where there is no terminal to tell it.
+#: Width of the table in characters if stdout is not a terminal.
 _TABLE_WIDTH = 110
 
 _EPILOG = """\
@@ -37,25 +37,25 @@ examples:
   litestereo calibrate left/ right/ --pattern chessboard 9x6 --square 0.025 -o calibration/
   litestereo calibrate left/ right/ --pattern charuco 8x6 --square 0.03 --marker 0.0225 --dictionary 5X5_100 -o cal/
 
-The files of a pair are named alike, but for left and right: left/07.png and right/07.png, or left07.png and
-right07.png. Ten to thirty pairs are good, with the board near and far, tilted, and in all corners of both images.
+The files of a pair have the same name, except for left and right: left/07.png and right/07.png, or left/left07.png and
+right/right07.png. Ten to thirty pairs are good, with the board near and far, tilted, and in all corners of both images.
 
 files written:
   left.yaml, right.yaml  the cameras as ROS's camera_info; lengths in metres
 
-Pairs without the board, and pairs whose error is above half a pixel and three times that of the middle one, are named
-and left out.
+Pairs without the board are listed and not used, nor are pairs whose reprojection error is above half a pixel and above
+three times the median.
 """
 
 
 def add_parser(commands: argparse._SubParsersAction[Parser]) -> None:
-    """Adds the command."""
+    """Add the command."""
     parser = commands.add_parser("calibrate", help="calibrate a pair of cameras", epilog=_EPILOG,
-                                 description="Calibrate a pair of cameras from pictures of a board.")
-    parser.add_argument("left", metavar="LEFT_DIR", type=Path, help="folder of the left camera's pictures")
-    parser.add_argument("right", metavar="RIGHT_DIR", type=Path, help="folder of the right camera's pictures")
+                                 description="Calibrate a pair of cameras from images of a board.")
+    parser.add_argument("left", metavar="LEFT_DIR", type=Path, help="folder of the left camera's images")
+    parser.add_argument("right", metavar="RIGHT_DIR", type=Path, help="folder of the right camera's images")
     parser.add_argument("-o", "--output", metavar="DIR", type=Path, required=True,
-                        help="folder for left.yaml and right.yaml, made if need be")
+                        help="folder for left.yaml and right.yaml, created if needed")
     parser.add_argument("--pattern", metavar=("KIND", "NxM"), nargs=2, required=True,
                         help=f"the board: {' or '.join(KINDS)}, and its size: inner corners of a chessboard, squares "
                              "of a ChArUco board")
@@ -67,16 +67,16 @@ def add_parser(commands: argparse._SubParsersAction[Parser]) -> None:
     parser.add_argument("--model", choices=list(MODELS), default="plumb_bob",
                         help="distortion of the lenses: 5 or 8 coefficients (default: %(default)s)")
     parser.add_argument("--alpha", metavar="A", type=fraction, default=0.0,
-                        help="0: rectified images are all picture; 1: they keep all that the lenses see, with black "
-                             "borders (default: %(default)g)")
+                        help="0: rectified images have no black border; 1: they keep all that the lenses see, with a "
+                             "black border (default: %(default)g)")
     parser.add_argument("--keep-all", action="store_true",
-                        help="keep pairs that fit much worse than the others (default: leave them out)")
+                        help="keep pairs that fit much worse than the others (default: do not use them)")
     add_json(parser)
     parser.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> int:
-    """Runs the command."""
+    """Run the command."""
     kind, size = options.pattern
     board      = make_board(kind, size, options.square, options.marker, options.dictionary)
     files      = pair_files(options.left, options.right)
@@ -112,7 +112,7 @@ def run(options: argparse.Namespace) -> int:
 
 def _sorted(found: list[BoardPair | BadPair], shapes: dict[str, tuple[int, ...]]
             ) -> tuple[list[BoardPair], list[BadPair]]:
-    """Pairs with the board, all of one size, and the others."""
+    """Return the pairs with the board, all of one size, and the others; `shapes` are those of the images, by name."""
     bad  = [pair for pair in found if isinstance(pair, BadPair)]
     good = [pair for pair in found if isinstance(pair, BoardPair)]
     if not good:
@@ -135,7 +135,7 @@ def _as_json(result: Calibration, written: list[Path]) -> dict[str, Any]:
 
 
 def _print(result: Calibration, files: list[PairFiles], written: list[Path]) -> None:
-    """The result for people."""
+    """Print the result as text."""
     table = rich.table.Table(title="Errors in pixels")
     for name in ("pair", "corners", "left", "right", "epipolar"):
         table.add_column(name, justify="left" if name == "pair" else "right")

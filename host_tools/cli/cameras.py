@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Arguments that say what the cameras are, and become a geometry."""
+"""Arguments that describe the cameras, and the geometry that they give."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Cameras = tuple[StereoGeometry, tuple[CameraInfo, CameraInfo]]
 
 
 def add_cameras(parser: argparse.ArgumentParser) -> None:
-    """Adds `--calibration`, `--calib`, and `--focal` with what belongs to it."""
+    """Add `--calibration`, `--calib`, and `--focal` with `--baseline` and `--principal-point`."""
     group = parser.add_argument_group("cameras")
     group.add_argument("--calibration", metavar="DIR", type=Path,
                        help="folder with left.yaml and right.yaml of the cameras, camera_info of ROS (default: none)")
@@ -33,21 +33,21 @@ def add_cameras(parser: argparse.ArgumentParser) -> None:
 
 
 def chosen_cameras(options: argparse.Namespace, width: int, height: int) -> Cameras | None:
-    """Geometry and cameras of a command line, None if it names none.
+    """Return geometry and cameras of a command line, None if it describes none.
 
     Raises
     ------
     UsageError
-        It names several, or half of one.
+        It describes several, or one of them incompletely.
     ImageError, GeometryError
-        A file is none of its kind, or its cameras have other sizes than `width` x `height` pixels.
+        A file has another format, or its cameras have another size than `width` x `height` pixels.
     """
     ideal = options.focal is not None or options.baseline is not None
     given = [options.calibration is not None, options.calib is not None, ideal]
     if sum(given) > 1:
         raise UsageError("give only one of --calibration, --calib, and --focal with --baseline")
     if options.principal_point is not None and not ideal:
-        raise UsageError("--principal-point goes with --focal: other cameras have theirs")
+        raise UsageError("--principal-point goes with --focal: --calibration and --calib have one already")
     if options.calibration is not None:
         left, right = (read_camera_info(options.calibration / f"{side}.yaml") for side in ("left", "right"))
         geometry    = pair_geometry(left, right)

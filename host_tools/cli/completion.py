@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""`litestereo completion`: what a shell needs to complete the command's words."""
+"""`litestereo completion`: prints a script with which a shell completes the command's words."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from .arguments import Parser
 _EPILOG = """\
 examples:
   litestereo completion bash >~/.local/share/bash-completion/completions/litestereo
-  litestereo completion zsh  >~/.zfunc/_litestereo      (with fpath+=~/.zfunc before compinit)
+  litestereo completion zsh  >~/.zfunc/_litestereo      # with fpath+=~/.zfunc before compinit
   litestereo completion fish >~/.config/fish/completions/litestereo.fish
-  litestereo completion tcsh >~/.litestereo.completion  (and `source` it in ~/.cshrc)
+  litestereo completion tcsh >~/.litestereo.completion  # and `source` it in ~/.cshrc
 """
 
 
 def add_parser(commands: argparse._SubParsersAction[Parser], whole: Callable[[], Parser]) -> None:
-    """Adds the command; `whole` gives the parser of all commands."""
+    """Add the command; `whole` returns the parser of all commands."""
     parser = commands.add_parser("completion", help="print a completion script for a shell", epilog=_EPILOG,
                                  description="Print a script with which a shell completes commands, options and their "
                                              "values.")
@@ -41,7 +41,7 @@ def _run(options: argparse.Namespace, parser: Parser) -> int:
 
 
 def _name_files(parser: argparse.ArgumentParser) -> None:
-    """Tells shtab which arguments of all commands are files and folders."""
+    """Tell shtab which arguments of all commands are files and folders."""
     for action in parser._actions:
         known: Any = action
         if isinstance(action, argparse._SubParsersAction):

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""`litestereo console`: a line typed at the device's console."""
+"""`litestereo console`: sends a line to the device's console."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ import argparse
 from ..devices.connect import connect
 from .arguments import Parser, add_device, positive
 
-#: Time in seconds without text after which the console counts as silent; simulated self tests take a while.
+#: Longest wait for text from the console, in seconds; simulated self tests take a while.
 _TIMEOUT_S = 60.0
 
-#: How the firmware says that a command did not succeed, or was none.
+#: Texts with which the firmware reports that a command has failed or is unknown.
 _FAILURES = ("FAILED", ": refused: ", "usage: ", "unknown command")
 
 _EPILOG = """\
@@ -28,18 +28,18 @@ The exit status is 1 if the device says that the command failed, was refused, or
 
 
 def add_parser(commands: argparse._SubParsersAction[Parser]) -> None:
-    """Adds the command."""
-    parser = commands.add_parser("console", help="type a line at the device's console", epilog=_EPILOG,
-                                 description="Type a line at the device's console and print what it answers.")
+    """Add the command."""
+    parser = commands.add_parser("console", help="send a line to the device's console", epilog=_EPILOG,
+                                 description="Send a line to the device's console and print its reply.")
     add_device(parser)
     parser.add_argument("--timeout", metavar="SECONDS", type=positive, default=_TIMEOUT_S,
-                        help="silence after which to stop waiting (default: %(default)g)")
-    parser.add_argument("line", metavar="COMMAND", nargs="+", help="the line's words")
+                        help="longest wait for text (default: %(default)g)")
+    parser.add_argument("line", metavar="COMMAND", nargs="+", help="words of the line")
     parser.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> int:
-    """Runs the command."""
+    """Run the command."""
     with connect(options.device) as device:
         text = device.console(" ".join(options.line), options.timeout)
     print(text.rstrip("\n"))

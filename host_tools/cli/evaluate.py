@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""`litestereo eval`: matchers rated side by side on pairs whose disparities are known."""
+"""`litestereo eval`: compares matchers on pairs whose true disparities are known."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ from .matching import add_settings, chosen_settings, chosen_speckle_filter
 
 _MOTORCYCLE = "motorcycle"
 
-#: A table is no narrower where there is no terminal to tell a width; in columns.
+#: Width of the table in characters if stdout is not a terminal.
 _TABLE_WIDTH = 140
 
 _EPILOG = f"""\
@@ -52,36 +52,40 @@ data sets (each PATH is a pair, or a folder of pairs):
 
 regions:
   all     pixels whose true disparity is known
-  nonocc  those that both cameras see: by the mask (nonocc.png, mask0nocc.png, or KITTI's noc), or, without one, by the
-          truth of the right image, if it is there and agrees to a pixel; else the region is missing
-  disc    those of nonocc near a step of depth: by the mask (disc.png), or, without one, within 4 rows and columns of
-          two neighbours whose true disparities are more than 2 pixels apart
+  nonocc  those that both cameras see: by the mask (nonocc.png, mask0nocc.png, or KITTI's noc), or, without one, where
+          the truth of the right image agrees within a pixel; without both the region is missing
+  disc    those of nonocc near a depth discontinuity: by the mask (disc.png), or, without one, within 4 rows and columns
+          of two neighbours whose true disparities differ by more than 2 pixels
 
 metrics:
 {chr(10).join(f"  {name:18}  {text}" for name, text in METRICS.items())}
 
-A pixel that has no disparity in the map is not bad and has no error, as in Middlebury's version 3: read bad next to
-density, or take bad_or_invalid. Maps are cut to 0 up to ndisp where the data set says it. The table shows some of the
-metrics, "or none" is bad_or_invalid_2_0; --csv and --json have all. Its means are over the pairs.
+As in Middlebury's version 3 bad is a share of the known pixels, and a pixel without a disparity is not bad: read bad
+beside density, or take bad_or_invalid. A true disparity of 0, nan or inf is unknown. Maps are clipped to 0 up to ndisp
+if the data set has it. The table shows some of the metrics, --csv and --json have all of them; "or none" is
+bad_or_invalid_2_0. Its means are over the pairs.
+
+bm and our devices agree pixel for pixel in the valid region, where whole blocks lie in both images. Outside of it the
+map of bm is set to invalid: OpenCV 5.0 with a smallest disparity above 0 writes that many values past the end of a row.
 """
 
 
 def add_parser(commands: argparse._SubParsersAction[Parser]) -> None:
-    """Adds the command."""
-    parser = commands.add_parser("eval", help="rate matchers on pairs with known disparities", epilog=_EPILOG,
-                                 description="Match pairs whose true disparities are known with several matchers and "
-                                             "equal settings, and rate the maps.")
+    """Add the command."""
+    parser = commands.add_parser("eval", help="compare matchers on pairs with known disparities", epilog=_EPILOG,
+                                 description="Match pairs whose true disparities are known, with several matchers and "
+                                             "equal settings, and measure the errors of the maps.")
     parser.add_argument("paths", metavar="PATH", type=Path, nargs="*", help="folder of a pair, or of pairs")
     parser.add_argument("--motorcycle", action="store_true",
-                        help="rate the Motorcycle pair too, which is fetched if need be (default: no)")
+                        help="use the Motorcycle pair too, which is downloaded if needed (default: no)")
     parser.add_argument("--device", metavar="URL", type=device_url, action="append", dest="devices",
                         help="a device, may be repeated (default: the environment variable "
                              f"{DEVICE_VARIABLE}, unless --opencv is given)")
     parser.add_argument("--opencv", choices=OPENCV, action="append", default=[],
                         help="cv2.StereoBM or cv2.StereoSGBM, may be repeated (default: none)")
     parser.add_argument("--ground-truth-scale", metavar="S", type=positive,
-                        help="what the truths' values are divided by to become pixels (default: 256 for 16-bit images; "
-                             "by the width for those of Middlebury v2; else 1)")
+                        help="divisor from the truths' values to pixels (default: 256 for 16-bit images; by the width "
+                             "for those of Middlebury v2; else 1)")
     parser.add_argument("--csv", metavar="FILE", type=Path, help="write all metrics to this file too (default: none)")
     parser.add_argument("--jobs", metavar="N", type=count, default=1, help="processes (default: %(default)s)")
     parser.add_argument("--cluster", metavar="ADDRESS",
@@ -93,7 +97,7 @@ def add_parser(commands: argparse._SubParsersAction[Parser]) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Runs the command; whatever can be checked before the first match is checked before."""
+    """Run the command. All that can be checked before the first match is checked before it."""
     devices = options.devices or []
     if not devices and not options.opencv:
         if DEVICE_VARIABLE not in os.environ:
@@ -127,7 +131,7 @@ def run(options: argparse.Namespace) -> int:
 
 def _jobs(options: argparse.Namespace, samples: Sequence[SampleFiles | LoadedSample], devices: Sequence[str]
           ) -> list[Job]:
-    """The pairs with their settings: equal for all matchers, so the defaults are what every device can do."""
+    """Return the pairs with their settings. These are equal for all matchers: defaults are what every device has."""
     infos = []
     for url in devices:
         with connect(url) as device:

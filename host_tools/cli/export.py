@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""`litestereo export`: a disparity map as depth, cloud or ROS bag."""
+"""`litestereo export`: converts a disparity map to depth, a cloud or a ROS bag."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ from ..core.images import pfm_of, read_colour
 from ..export import files
 from ..export.bag import write_bag
 from ..export.maps import SearchRange, read_disparity
-from ..export.messages import Frame
+from ..export.messages import StereoMessage
 from .arguments import Parser, add_json, count, natural, positive
 from .cameras import Cameras, add_cameras, chosen_cameras
 
-#: Formats by their names in the command: the file, and what is in it.
+#: Formats by their names in the command: the file, and its contents.
 FORMATS = {
     "pfm":       ("disparity.pfm", "disparity in pixels, float32, inf where there is none (Middlebury)"),
     "png":       ("disparity.png", "256 times the disparity, 16 bits, 0 where there is none (KITTI)"),
@@ -38,10 +38,10 @@ FORMATS = {
     "mcap":      ("rosbag2",       "folder of a ROS 2 bag: disparity, depth, left and right camera_info, points2"),
 }
 
-#: Formats for which the cameras need not be known.
+#: Formats that need no cameras.
 _WITHOUT_CAMERAS = ("pfm", "png")
 
-#: ROS counts seconds in 32 bits, with sign.
+#: ROS stores seconds in a signed 32-bit integer.
 _STAMP_LIMIT_NS = (1 << 31)*1_000_000_000
 
 _EPILOG = f"""\
@@ -55,25 +55,25 @@ formats, and the files written:
 {chr(10).join(f"  {name:9}  {file:13}  {text}" for name, (file, text) in FORMATS.items())}
 
 MAP is what `litestereo match` writes: disparity.npy, .pfm or .png. The cameras are one of --calibration, --calib, and
---focal with --baseline. A map does not tell what it was matched with: say it with --min-disparity to every format, if
-it was not 0, and with --disparities and --block-size to mcap. Play the bag with `ros2 bag play out/rosbag2`.
+--focal with --baseline. A map does not store its settings: give --min-disparity, if it was not 0, for every format, and
+--disparities and --block-size for mcap. Play the bag with `ros2 bag play out/rosbag2`.
 """
 
 
 def add_parser(commands: argparse._SubParsersAction[Parser]) -> None:
-    """Adds the command."""
-    parser  = commands.add_parser("export", help="turn a map into depth, a cloud or a ROS bag", epilog=_EPILOG,
-                                  description="Turn a disparity map into files that other programs read.")
+    """Add the command."""
+    parser  = commands.add_parser("export", help="convert a map to depth, a cloud or a ROS bag", epilog=_EPILOG,
+                                  description="Convert a disparity map to files that other programs read.")
     default = SearchRange()
     parser.add_argument("map", metavar="MAP", type=Path, help="disparity map: .npy, .pfm or 16-bit .png")
     parser.add_argument("-o", "--output", metavar="DIR", type=Path, required=True,
-                        help="folder for the results, made if need be")
+                        help="folder for the results, created if needed")
     parser.add_argument("--format", choices=FORMATS, action="append", required=True, dest="formats",
-                        help="what to write, may be repeated")
+                        help="format to write, may be repeated")
     parser.add_argument("--left", metavar="IMAGE", type=Path, help="left image, for colours (default: none)")
     add_json(parser)
     add_cameras(parser)
-    matched = parser.add_argument_group("what the map was matched with")
+    matched = parser.add_argument_group("settings that the map was matched with")
     matched.add_argument("--disparities", metavar="N", type=count, default=default.disparities,
                          help="number of disparities (default: %(default)s)")
     matched.add_argument("--min-disparity", metavar="N", type=natural, default=default.min_disparity,
@@ -82,7 +82,7 @@ def add_parser(commands: argparse._SubParsersAction[Parser]) -> None:
                          help="side of the block in pixels (default: %(default)s)")
     clouds  = parser.add_argument_group("clouds and bags")
     clouds.add_argument("--max-depth", metavar="METRES", type=positive,
-                        help="leave out points of the cloud that are farther (default: none)")
+                        help="omit points of the cloud that are farther (default: none)")
     clouds.add_argument("--namespace", metavar="NAME", type=_namespace, default="/stereo",
                         help="namespace of the bag's topics (default: %(default)s)")
     clouds.add_argument("--frame-id", metavar="NAME", default="left_camera_optical",
@@ -107,7 +107,7 @@ def _stamp(text: str) -> int:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Runs the command; all is read and checked before the first file is written."""
+    """Run the command; all files are read and checked before the first one is written."""
     search    = SearchRange(options.disparities, options.min_disparity, options.block_size)
     formats   = list(dict.fromkeys(options.formats))
     disparity = read_disparity(options.map, search)
@@ -131,7 +131,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _colours(path: Path, disparity: NDArray[np.float32]) -> NDArray[np.uint8]:
-    """The left image, uint8, H x W x 3, BGR."""
+    """Read the left image: uint8, H x W x 3, BGR; raise ImageError if it has not the map's size."""
     image = read_colour(path)
     if image.shape[:2] != disparity.shape:
         raise ImageError(f"{path}: is {image.shape[1]}x{image.shape[0]} pixels, the map "
@@ -141,7 +141,7 @@ def _colours(path: Path, disparity: NDArray[np.float32]) -> NDArray[np.uint8]:
 
 def _write(options: argparse.Namespace, format_: str, disparity: NDArray[np.float32], cameras: Cameras | None,
            image: NDArray[np.uint8] | None, search: SearchRange) -> Path:
-    """Writes one format; returns the file."""
+    """Write one format; return the file."""
     path: Path = options.output / FORMATS[format_][0]
     contents: dict[str, Callable[[], bytes]] = {
         "pfm": lambda: pfm_of(disparity),
@@ -156,9 +156,9 @@ def _write(options: argparse.Namespace, format_: str, disparity: NDArray[np.floa
         }
         if format_ == "mcap":
             stamp_ns = time.time_ns() if options.stamp_ns is None else options.stamp_ns
-            frame    = Frame(disparity, _points(options, geometry, disparity), image, *cameras, search, stamp_ns,
-                             options.frame_id)
-            return write_bag(path, [frame], options.namespace)
+            message  = StereoMessage(disparity, _points(options, geometry, disparity), image, *cameras, search,
+                                     stamp_ns, options.frame_id)
+            return write_bag(path, [message], options.namespace)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_bytes(contents[format_]())

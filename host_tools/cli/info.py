@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""`litestereo info`: what a device is."""
+"""`litestereo info`: shows name, limits and features of a device."""
 
 from __future__ import annotations
 
@@ -19,21 +19,21 @@ from .arguments import Parser, add_device, add_json
 _EPILOG = """\
 examples:
   litestereo info --device tcp://127.0.0.1:2000
-  litestereo info --device cosim:?disparities=32 --json
+  litestereo info --device 'cosim:?disparities=32' --json
 """
 
 
 def add_parser(commands: argparse._SubParsersAction[Parser]) -> None:
-    """Adds the command."""
-    parser = commands.add_parser("info", help="show what a device is", epilog=_EPILOG,
-                                 description="Show what a device is and what it was built for.")
+    """Add the command."""
+    parser = commands.add_parser("info", help="show name, limits and features of a device", epilog=_EPILOG,
+                                 description="Show name, limits and features of a device.")
     add_device(parser)
     add_json(parser)
     parser.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> int:
-    """Runs the command."""
+    """Run the command."""
     with connect(options.device) as device:
         info = device.info()
     print(json.dumps(dataclasses.asdict(info), indent=2) if options.json else _text(info))

@@ -47,7 +47,7 @@ and with --calibration, both of the rectified left image:
 --ground-truth prints Middlebury's metrics as `litestereo eval` has them, with the pixels that each is a share of: known
 pixels have a true disparity (0, nan and inf are unknown), valid pixels are known ones with a disparity in the map. With
 --json `quality` has all metrics that `litestereo eval --help` lists, by the same names. Only `eval` knows the ndisp of
-a data set, and cuts the maps to it.
+a data set, and clips the maps to it.
 
 The map is that of cv2.StereoBM pixel for pixel in the valid region, where whole blocks lie in both images. Outside of
 it ours is invalid, while OpenCV 5.0 with a smallest disparity above 0 writes that many values past the end of each row.
@@ -67,8 +67,7 @@ def add_parser(commands: argparse._SubParsersAction[Parser]) -> None:
     parser.add_argument("--ground-truth", metavar="FILE", type=Path,
                         help="true disparities to compare the map with: PNG, PFM, .npy or .npz (default: none)")
     parser.add_argument("--ground-truth-scale", metavar="S", type=positive,
-                        help="what the file's values are divided by to become pixels (default: 256 for "
-                             "16-bit images, else 1)")
+                        help="divisor from the file's values to pixels (default: 256 for 16-bit images, else 1)")
     add_json(parser)
     add_settings(parser)
     parser.set_defaults(run=run)

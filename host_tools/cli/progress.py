@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Bars on the terminal that show how far a device has come."""
+"""Progress bars on the terminal."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from ..devices.base import Progress
 
 @contextlib.contextmanager
 def progress_bars() -> Iterator[Progress]:
-    """What tells of progress, with a bar for each phase; silent where stderr is no terminal."""
+    """Yield a callback that shows progress, with a bar for each phase; it shows nothing if stderr is not a terminal."""
     terminal = rich.console.Console(stderr=True)
     with rich.progress.Progress(console=terminal, transient=True, disable=not terminal.is_terminal) as bars:
         yield _Bars(bars)

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""`litestereo rectify`: pairs as the cameras take them, to pairs as the matcher wants them."""
+"""`litestereo rectify`: rectifies pairs of images of a calibrated pair of cameras."""
 
 from __future__ import annotations
 
@@ -33,21 +33,21 @@ files written:
 
 
 def add_parser(commands: argparse._SubParsersAction[Parser]) -> None:
-    """Adds the command."""
+    """Add the command."""
     parser = commands.add_parser("rectify", help="rectify pairs of images", epilog=_EPILOG,
-                                 description="Rectify pairs of images of a calibrated pair of cameras. Depth of the "
-                                             "pixels and colours stay.")
+                                 description="Rectify pairs of images of a calibrated pair of cameras. Bits per pixel "
+                                             "and colours are kept.")
     parser.add_argument("left", metavar="LEFT", type=Path, help="left image, or a folder of them")
     parser.add_argument("right", metavar="RIGHT", type=Path, help="right image, or a folder of them")
     parser.add_argument("-o", "--output", metavar="DIR", type=Path, required=True,
-                        help="folder for the results, made if need be")
+                        help="folder for the results, created if needed")
     add_calibration(parser, required=True)
     add_json(parser)
     parser.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> int:
-    """Runs the command."""
+    """Run the command."""
     rectifier = read_calibration(options.calibration)
     folders   = options.left.is_dir()
     if folders != options.right.is_dir():

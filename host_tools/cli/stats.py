@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""`litestereo stats`: a device's counters."""
+"""`litestereo stats`: shows a device's counters."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ example:
   litestereo stats --device serial:/dev/ttyUSB0
 """
 
-#: Counters of a device on a network, by what they tell; the others follow.
+#: Counters of a device on a network, in groups; all others come last.
 _GROUPS = {
     "throughput": ("datagrams_received", "datagrams_sent", "chunks_received", "chunks_while_matching",
                    "frames_opened", "frames_matched", "frames_released"),
@@ -31,16 +31,16 @@ _GROUPS = {
 
 
 def add_parser(commands: argparse._SubParsersAction[Parser]) -> None:
-    """Adds the command."""
+    """Add the command."""
     parser = commands.add_parser("stats", help="show a device's counters", epilog=_EPILOG,
-                                 description="Show what a device has counted since it was reset.")
+                                 description="Show a device's counters since its reset.")
     add_device(parser)
     add_json(parser)
     parser.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> int:
-    """Runs the command."""
+    """Run the command."""
     with connect(options.device) as device:
         counters = device.statistics()
     if options.json:

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Ctrl-C as the ordinary end of a command that would run for ever."""
+"""Ctrl-C as the ordinary end of a command that otherwise runs for ever."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ class Stop:
 
 @contextlib.contextmanager
 def stopped_by_ctrl_c() -> Iterator[Stop]:
-    """A `Stop` that the first Ctrl-C sets; the second one interrupts as ever."""
+    """Yield a `Stop` that the first Ctrl-C sets; the second one raises KeyboardInterrupt as usual."""
     stop = Stop()
 
     def first(number: int, frame: FrameType | None) -> None:
         stop.requested = True
         signal.signal(signal.SIGINT, before)
 
-    # Only the main thread may say what a signal does.
+    # Only the main thread may install signal handlers.
     if threading.current_thread() is not threading.main_thread():
         yield stop
         return

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""`litestereo update`: another firmware for a device, over its link."""
+"""`litestereo update`: replaces a device's firmware over its link."""
 
 from __future__ import annotations
 
@@ -22,18 +22,18 @@ examples:
   litestereo update build/colorlight_i5/firmware.bin --device udp://192.168.1.50
   litestereo update firmware.bin --device 'serial:/dev/ttyUSB0?baud=1000000' --no-restart
 
-The power may fail meanwhile: the device starts the old firmware or the new one. Then update once more.
+If the power fails during the update, the device starts the old firmware or the new one. Then repeat the update.
 """
 
 
 def add_parser(commands: argparse._SubParsersAction[Parser]) -> None:
-    """Adds the command."""
+    """Add the command."""
     parser = commands.add_parser("update", help="replace a device's firmware", epilog=_EPILOG,
-                                 description="Write another firmware to a device's flash over its link, and start it.")
+                                 description="Write a firmware to a device's flash over its link, and start it.")
     parser.add_argument("firmware", metavar="FILE", type=Path, help="firmware.bin, as `make bitstream` writes it")
     add_device(parser)
     parser.add_argument("--no-restart", action="store_true",
-                        help="leave the device running its old firmware until it is restarted (default: restart it)")
+                        help="let the old firmware run until the device is restarted (default: restart it)")
     parser.add_argument("--restart-limit", metavar="SECONDS", type=positive, default=RESTART_LIMIT_S,
                         help="longest wait for the device to come back (default: %(default)g)")
     add_json(parser)
@@ -41,7 +41,7 @@ def add_parser(commands: argparse._SubParsersAction[Parser]) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Runs the command; the file is checked before connecting."""
+    """Run the command; the file is checked before connecting."""
     image = read_firmware(options.firmware)
     with connect(options.device) as device:
         before = device.info()

@@ -3,4 +3,4 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Pairs from elsewhere: data sets, ground truth, files, videos and cameras."""
+"""Pairs of images and true disparities: data sets, files, videos and cameras."""

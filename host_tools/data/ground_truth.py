@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""True disparities from files of the usual data sets."""
+"""Reads true disparities from files of the usual data sets."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ from ..core.images import KITTI_SCALE, read_file, read_image
 
 
 def read_ground_truth(path: Path, scale: float | None = None) -> NDArray[np.float32]:
-    """True disparities in a file.
+    """Read true disparities from a file.
 
     Parameters
     ----------
     path
-        A grey PNG of 8 or 16 bits, a PFM, or an array in .npy or .npz (the first of it).
+        A grey PNG of 8 or 16 bits, a PFM, or an array in .npy or .npz (its first one).
     scale
-        What the file's values are divided by to become pixels. None is 256 for 16-bit images, else 1.
+        Divisor from the file's values to pixels, above 0. None is 256 for 16-bit images, else 1.
 
     Returns
     -------
@@ -36,7 +36,7 @@ def read_ground_truth(path: Path, scale: float | None = None) -> NDArray[np.floa
     Raises
     ------
     ImageError
-        The file is missing or not of these kinds, or the scale is not above 0.
+        The file is missing or has another format, or the scale is not above 0.
     """
     if scale is not None and not 0 < scale < float("inf"):
         raise ImageError(f"the scale of the ground truth must be above 0, not {scale:g}")
@@ -68,7 +68,7 @@ def _read_array(path: Path) -> NDArray[Any]:
 
 
 def decode_pfm(data: bytes, name: str) -> NDArray[np.float32]:
-    """Values of a grey PFM file, H x W, the top row first; raises ImageError, with `name`, if it is none."""
+    """Decode a grey PFM file: float32, H x W, top row first; raise ImageError, with `name`, if it is not one."""
     try:
         kind, size, order, values = data.split(b"\n", 3)
         width, height             = (int(number) for number in size.split())

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Stereo pairs in folders, as the usual data sets lay them out.
+"""Finds stereo pairs in folders, in the layouts of the usual data sets.
 
 | layout          | images                                | truth of the left image, and of the right one            |
 |-----------------|---------------------------------------|----------------------------------------------------------|
@@ -12,7 +12,7 @@
 | Middlebury v2   | im2 and im6, or imL and imR           | disp2, truedisp or groundtruth, disp6                    |
 | KITTI           | image_2 and image_3, or image_0 and 1 | disp_occ_0 or disp_occ; disp_noc_0 or disp_noc: "nonocc" |
 
-Masks lie beside the images of the first three: nonocc or mask0nocc, and disc.
+In the first three layouts masks are in the same folder: nonocc or mask0nocc, and disc.
 """
 
 from __future__ import annotations
@@ -30,14 +30,14 @@ from .samples import SampleFiles, image_size
 _IMAGES = (".png", ".ppm", ".pgm", ".jpg")
 _TRUTHS = (".pfm", *_IMAGES)
 
-#: Names of the masks, without endings; a derived one is in place of one that the data set has not.
+#: Names of the masks, without endings; a derived mask replaces one that the data set lacks.
 _NONOCC = ("mask0nocc", "nonocc", "nonocc_derived")
 _DISC   = ("disc", "disc_derived")
 
 
 @dataclass(frozen=True)
 class _Layout:
-    """Names of files without endings; of several the first that is there."""
+    """Names of files without endings; the first one that exists is taken."""
 
     left:        tuple[str, ...]
     right:       tuple[str, ...]
@@ -60,28 +60,28 @@ _KITTI = (
     ("image_0",   "image_1",   "disp_occ",   "disp_noc"),
 )
 
-#: By how much the old grey truths of Middlebury are scaled: those of 2003 by their width in pixels, Tsukuba's; else 8.
+#: Scale of Middlebury's old 8-bit truths, by their width in pixels: those of 2003, and Tsukuba. All others have 8.
 _SCALES        = {450: 4.0, 900: 2.0, 1800: 1.0, 384: 16.0}
 _DEFAULT_SCALE = 8.0
 
 
 def find_samples(paths: Iterable[Path], scale: float | None = None) -> list[SampleFiles]:
-    """The pairs at `paths`: each the folder of a pair, or a folder of such folders, or of KITTI.
+    """Find the pairs at `paths`: each is the folder of a pair, a folder of such folders, or a folder of KITTI.
 
-    Pairs are named by their folders, with the folder above if two have the same name.
+    A pair is named by its folder, with the parent folder if two pairs have the same name.
 
     Parameters
     ----------
     scale
-        What the values of the truths are divided by to become pixels. None is 256 for 16-bit images; for the 8-bit ones
-        of Middlebury 4, 2 or 1 if they are 450, 900 or 1800 pixels wide, 16 if 384 (Tsukuba), else 8; else 1.
+        Divisor from the truths' values to pixels. None is 256 for 16-bit images; for the 8-bit images of Middlebury 4,
+        2 or 1 if they are 450, 900 or 1800 pixels wide, 16 if 384 (Tsukuba), else 8; for all other files 1.
 
     Raises
     ------
     DatasetError
         There is no pair at a path.
     ImageError, GeometryError
-        A file that is needed to tell the scale, or the number of disparities, is damaged.
+        A file that gives the scale or the number of disparities is damaged.
     """
     found: list[SampleFiles] = []
     for path in paths:
@@ -89,8 +89,8 @@ def find_samples(paths: Iterable[Path], scale: float | None = None) -> list[Samp
             raise DatasetError(f"{path}: there is no such folder")
         samples = _samples_of(path.resolve(), scale)
         if not samples:
-            raise DatasetError(f"{path}: holds no stereo pair with a truth: left.png, right.png and disp_left_u16.png, "
-                               "or the files of Middlebury or KITTI, see --help")
+            raise DatasetError(f"{path}: has no stereo pair with true disparities: left.png, right.png and "
+                               "disp_left_u16.png, or the files of Middlebury or KITTI, see --help")
         found += samples
     names = collections.Counter(sample.name for sample in found)
     return [sample if names[sample.name] == 1 else

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""The regions that Middlebury rates: all pixels, those that both cameras see, those at steps of depth."""
+"""The regions of Middlebury: all pixels, those that both cameras see, and those near depth discontinuities."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from numpy.typing import NDArray
 #: Names of the regions, in the order of the tables.
 REGIONS = ("all", "nonocc", "disc")
 
-#: D. Scharstein and R. Szeliski, A taxonomy and evaluation of dense two-frame stereo correspondence algorithms, 2002:
-#: a step is more than this between two neighbours, in pixels, and what is near is in a square of that side around. The
-#: masks that came with Teddy and Cones later are wider.
+#: A step is a difference above this between neighbours; pixels in a square of that side around it are near. Both in
+#: pixels, by D. Scharstein and R. Szeliski, A taxonomy and evaluation of dense two-frame stereo correspondence
+#: algorithms, IJCV 47, 2002. The masks that came with Teddy and Cones later are wider.
 _STEP_PX = 2.0
 _NEAR_PX = 9
 
-#: Truths of left and right that differ by no more are of one point in space, in pixels.
+#: Largest difference of the truths of left and right for the same point in space, in pixels.
 _AGREE_PX = 1.0
 
 
 def visible_in_both(left_truth: NDArray[np.float32], right_truth: NDArray[np.float32]) -> NDArray[np.bool_]:
-    """Pixels of the left image that the right camera sees, by the two truths.
+    """Find the pixels of the left image that the right camera sees, from the two truths.
 
     Parameters
     ----------
@@ -34,23 +34,27 @@ def visible_in_both(left_truth: NDArray[np.float32], right_truth: NDArray[np.flo
 
     Returns
     -------
-    bool, H x W: where the pixel of the right image that the left truth leads to has, within a pixel, the same one.
+    bool, H x W: true where the pixel of the right image at the left truth has the same truth, within a pixel.
     """
     height, width = left_truth.shape
     known         = np.isfinite(left_truth)
     columns       = np.rint(np.arange(width) - np.where(known, left_truth, 0.0)).astype(np.int64)
     inside        = known & (columns >= 0) & (columns < width)
     seen          = right_truth[np.arange(height)[:, np.newaxis], columns.clip(0, width - 1)]
-    return np.asarray(inside & (np.abs(seen - left_truth) <= _AGREE_PX))  # nan is never near.
+    return np.asarray(inside & (np.abs(seen - left_truth) <= _AGREE_PX))  # Comparing nan is false.
 
 
 def near_steps(truth: NDArray[np.float32]) -> NDArray[np.bool_]:
-    """Pixels near a step of depth: within 4 rows and columns of one whose neighbour is more than 2 pixels off.
+    """Find the pixels near a step: within 4 rows and columns of a pixel whose neighbour differs by more than 2 pixels.
 
     Parameters
     ----------
     truth
-        True disparities: float32, H x W, in pixels, nan where they are unknown, which is no step.
+        True disparities: float32, H x W, in pixels, nan where they are unknown. An unknown pixel makes no step.
+
+    Returns
+    -------
+    bool, H x W.
     """
     steps = np.zeros(truth.shape, np.uint8)
     for ahead, behind in ((np.s_[:, 1:], np.s_[:, :-1]), (np.s_[1:], np.s_[:-1])):
@@ -63,17 +67,17 @@ def near_steps(truth: NDArray[np.float32]) -> NDArray[np.bool_]:
 def regions(truth: NDArray[np.float32], right_truth: NDArray[np.float32] | None = None,
             nonocc: NDArray[np.bool_] | None = None, disc: NDArray[np.bool_] | None = None
             ) -> dict[str, NDArray[np.bool_]]:
-    """The regions of an image, by the names in `REGIONS`.
+    """Return the regions of an image: bool, H x W, by the names in `REGIONS`.
 
     Parameters
     ----------
     truth
         True disparities of the left image: float32, H x W, in pixels, nan where they are unknown.
     right_truth
-        Those of the right image, to find "nonocc" by if `nonocc` is None; without both that region is missing.
+        Those of the right image, which give "nonocc" if `nonocc` is None; without both that region is missing.
     nonocc, disc
-        The regions as the data set has them, bool, H x W. Without `disc` it is what `near_steps` finds of "nonocc",
-        or of all pixels if that is missing.
+        Masks of the data set: bool, H x W. Without `disc` that region is what `near_steps` finds within "nonocc", or
+        within all pixels if "nonocc" is missing.
     """
     found = {"all": np.isfinite(truth)}
     if nonocc is None and right_truth is not None:

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""A stereo pair of a data set: where its files are, and what is in them."""
+"""A stereo pair of a data set: its files, and their contents."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ from ..core.images import read_grey, read_image
 from .ground_truth import read_ground_truth
 from .regions import regions
 
-#: What stands in a mask of Middlebury for a pixel of the region; other grey values say why it is none.
+#: Value of a pixel of the region in a mask of Middlebury; other values say why a pixel is not in it.
 _IN_MASK = 255
 
 
 @dataclass(frozen=True)
 class Sample:
-    """A pair with its truth.
+    """A pair with its true disparities and regions.
 
     Parameters
     ----------
@@ -36,7 +36,7 @@ class Sample:
     truth
         True disparities: float32, H x W, in pixels, nan where they are unknown.
     regions
-        By name, see `regions.regions`: bool, H x W.
+        bool, H x W, by name, see `regions.regions`.
     """
 
     name:    str
@@ -48,7 +48,7 @@ class Sample:
 
 @dataclass(frozen=True)
 class SampleFiles:
-    """Where a pair is.
+    """Files of a pair.
 
     Parameters
     ----------
@@ -61,11 +61,11 @@ class SampleFiles:
     nonocc, disc
         Files of the masks, 255 in the region; None if there is none.
     nonocc_truth
-        File of the true disparities of only the pixels that both cameras see, as KITTI has it in place of a mask.
+        File of the true disparities of only the pixels that both cameras see: KITTI has it instead of a mask.
     scale
-        What the values of the truths are divided by to become pixels; None as `read_ground_truth` takes it.
+        Divisor from the truths' values to pixels; None for the default of `read_ground_truth`.
     ndisp
-        Number of disparities that the data set says are enough; None if it does not say.
+        Upper bound for the number of disparities, by the data set; None if it has none.
     """
 
     name:         str
@@ -80,12 +80,12 @@ class SampleFiles:
     ndisp:        int | None   = None
 
     def load(self) -> Sample:
-        """What is in the files.
+        """Read the files.
 
         Raises
         ------
         ImageError
-            A file is missing, or is none of its kind.
+            A file is missing, or has another format.
         DatasetError
             The files are of different sizes.
         """
@@ -111,6 +111,6 @@ class SampleFiles:
 
 
 def image_size(path: Path) -> tuple[int, int]:
-    """Width and height of the image in a file; raises ImageError if it is none."""
+    """Return width and height of the image in a file, in pixels; raise ImageError if it is not an image."""
     height, width = read_image(path).shape[:2]
     return width, height

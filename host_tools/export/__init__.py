@@ -3,4 +3,4 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Disparity maps as other programs want them: depth, point clouds, ROS messages."""
+"""Disparity maps in formats of other programs: depth, point clouds, ROS messages."""

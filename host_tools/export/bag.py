@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Frames as a bag of ROS 2 (rosbag2) in an MCAP file."""
+"""Writes messages as a bag of ROS 2 (rosbag2) in an MCAP file."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from pathlib import Path
 
 from ..core.errors import ImageError
 from ..core.extras import import_extra
-from .messages import Frame, Messages
+from .messages import Messages, StereoMessage
 
 #: Version of the bag's metadata: the oldest that rosbags writes, which older ROS 2 reads too.
 _VERSION = 8
 
 
-def write_bag(path: Path, frames: Iterable[Frame], namespace: str) -> Path:
-    """Writes frames into a new bag, with topics in `namespace`.
+def write_bag(path: Path, frames: Iterable[StereoMessage], namespace: str) -> Path:
+    """Write frames into a new bag, with topics in `namespace`.
 
     Returns
     -------
@@ -28,14 +28,14 @@ def write_bag(path: Path, frames: Iterable[Frame], namespace: str) -> Path:
     Raises
     ------
     ImageError
-        The folder is there already, or cannot be written.
+        The folder exists already, or cannot be written.
     MissingExtraError
         rosbags is not installed.
     """
     messages = Messages()
     rosbag2  = import_extra("rosbags.rosbag2", "ros", "a ROS bag needs")
     if path.exists():
-        raise ImageError(f"{path}: is there already, and a bag is only written anew: remove it, or name another folder")
+        raise ImageError(f"{path}: is there already, and a bag needs a new folder: remove it, or name another folder")
     try:
         with rosbag2.Writer(path, version=_VERSION, storage_plugin=rosbag2.StoragePlugin.MCAP) as writer:
             connections = {}

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Depth and clouds of matched pairs in files."""
+"""Writes depth and clouds of matched pairs to files."""
 
 from __future__ import annotations
 
@@ -19,20 +19,20 @@ from . import files
 
 
 def write_depth(path: Path, depth_m: NDArray[np.float32]) -> None:
-    """Writes a depth (float32, H x W, metres) as .npy; raises ImageError if it cannot be written."""
+    """Write a depth (float32, H x W, metres) as .npy; raise ImageError if it cannot be written."""
     write_file(path, files.depth_npy(depth_m))
 
 
 def write_cloud(path: Path, rectifier: Rectifier, left: Path, disparity: NDArray[np.int16],
                 settings: MatcherSettings) -> None:
-    """Writes the points of a map of the rectified pair as PLY.
+    """Write the points of a map of the rectified pair as PLY.
 
     Parameters
     ----------
     left
-        The left image as the camera took it, for the points' colours.
+        File of the left image before rectification, for the points' colours.
     disparity, settings
-        int16, H x W, sixteenths of a pixel, and what it was matched with.
+        int16, H x W, sixteenths of a pixel, and the settings that it was matched with.
 
     Raises
     ------

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Maps, depths and clouds as the bytes of files. Maps and depths are float32, H x W, nan where there is nothing."""
+"""Encodes maps, depths and clouds as files. Maps and depths are float32, H x W, nan where there is no value."""
 
 from __future__ import annotations
 
@@ -26,39 +26,39 @@ _PLY_TYPES = {"<f4": "float", "u1": "uchar"}
 
 
 def kitti_png(disparity_px: NDArray[np.float32]) -> bytes:
-    """KITTI's PNG: 16 bits, 256 times the disparity, 0 where there is none; 0 pixels and less become 1."""
+    """Encode a map as KITTI's PNG: 16 bits, 256 times the disparity, 0 where there is none; 0 pixels become 1."""
     return _png16(disparity_px*KITTI_SCALE, 1, _MAX_UINT16)
 
 
 def depth_npy(depth_m: NDArray[np.float32]) -> bytes:
-    """Depth in metres as float32 (32FC1), nan where there is none, inf where it is infinite."""
+    """Encode a depth in metres as .npy: float32 (32FC1), nan where there is none, inf where it is infinite."""
     buffer = io.BytesIO()
     np.save(buffer, depth_m.astype(np.float32))
     return buffer.getvalue()
 
 
 def depth_png(depth_m: NDArray[np.float32]) -> bytes:
-    """Depth in millimetres as 16 bits, 0 where there is none, or it is 65.5355 metres and more."""
+    """Encode a depth as PNG of 16 bits: millimetres, 0 where there is none, and from 65.5355 metres on."""
     near = np.where(depth_m*_MILLIMETRES < _MAX_UINT16 + 0.5, depth_m, np.nan)
     return _png16(near*_MILLIMETRES, 1, _MAX_UINT16)
 
 
 def _png16(values: NDArray[Any], least: int, most: int) -> bytes:
-    """Values, rounded and kept within their limits, as a 16-bit PNG; nan becomes 0."""
+    """Encode values, rounded and clipped to their limits, as a 16-bit PNG; nan becomes 0."""
     image = np.rint(values).clip(least, most)
     image[np.isnan(values)] = 0
     return bytes(cv2.imencode(".png", image.astype(np.uint16))[1])
 
 
 def ply(points_m: NDArray[np.float32], image: NDArray[np.uint8] | None = None) -> bytes:
-    """Cloud as a binary PLY.
+    """Encode a cloud as a binary PLY.
 
     Parameters
     ----------
     points_m
-        float32, H x W x 3, in metres; points with a nan are left out.
+        float32, H x W x 3, in metres; points with a nan are omitted.
     image
-        Colours of the points: uint8, H x W x 3, BGR as OpenCV has it. None for a cloud without colours.
+        Colours of the points: uint8, H x W x 3, BGR. None for a cloud without colours.
     """
     there    = np.isfinite(points_m).all(axis=-1)
     fields   = _POINT if image is None else _POINT + _COLOUR

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Disparity maps from files, and what the settings that they were matched with say of them."""
+"""Reads disparity maps from files, and checks them against the range that was searched."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from ..data.ground_truth import decode_pfm
 
 @dataclass(frozen=True)
 class SearchRange:
-    """What a map was searched in, of which its file tells nothing.
+    """The range of disparities that was searched for a map; its file does not store it.
 
     Parameters
     ----------
@@ -34,7 +34,7 @@ class SearchRange:
     Raises
     ------
     SettingsError
-        A value that no matcher takes.
+        A value that no matcher accepts.
     """
 
     disparities:   int = 64
@@ -58,9 +58,10 @@ class SearchRange:
         return self.min_disparity + self.disparities - 1
 
     def window(self, width: int, height: int) -> tuple[int, int, int, int]:
-        """Column, row, width and height of the part of a map that can have disparities, of 0 pixels if there is none.
+        """Return column, row, width and height of the valid region: the part of a map that can have disparities.
 
-        It is what `cv2.getValidDisparityROI` gives for images that are valid everywhere.
+        Its size is 0 if there is none. It is what `cv2.getValidDisparityROI` returns for images that are valid
+        everywhere.
         """
         margin = self.block_size//2
         x      = min(self.max_disparity + margin, width)
@@ -68,18 +69,18 @@ class SearchRange:
         return x, y, max(width - margin - x, 0), max(height - margin - y, 0)
 
     def check(self, disparity_px: NDArray[np.float32]) -> None:
-        """Checks that a map (float32, H x W, pixels, nan where there is no disparity) can be of this range.
+        """Check that a map (float32, H x W, pixels, nan where there is no disparity) can come from this range.
 
         Raises
         ------
         ImageError
-            It has disparities where, or of values that, this range has not.
+            It has disparities outside of the valid region, or out of the range.
         """
         x, y, width, height = self.window(disparity_px.shape[1], disparity_px.shape[0])
         outside = np.isfinite(disparity_px)
         outside[y:y + height, x:x + width] = False
         known  = disparity_px[np.isfinite(disparity_px)]
-        # The first and the last one have no sixteenths beyond them: there the fit is even.
+        # The first and the last disparity of the range are whole pixels: they have no fraction outside of it.
         beyond = (known < self.min_disparity) | (known > self.max_disparity)
         if outside.any() or beyond.any():
             what = "at its border" if outside.any() else "out of range"
@@ -88,7 +89,7 @@ class SearchRange:
 
 
 def read_disparity(path: Path, search: SearchRange) -> NDArray[np.float32]:
-    """Disparity map in a file that `match` has written, or another program in one of its formats.
+    """Read a disparity map that `match` has written, or another program in one of its formats.
 
     Parameters
     ----------
@@ -96,7 +97,7 @@ def read_disparity(path: Path, search: SearchRange) -> NDArray[np.float32]:
         .npy: int16 in sixteenths of a pixel, or floating point in pixels, nan or inf where there is none. .pfm: pixels,
         inf where there is none. An image of 16 bits: 256 times the disparity, 0 where there is none.
     search
-        Tells which value of an int16 map means none.
+        Its `invalid` is the value without a disparity of an int16 map.
 
     Returns
     -------
@@ -105,7 +106,7 @@ def read_disparity(path: Path, search: SearchRange) -> NDArray[np.float32]:
     Raises
     ------
     ImageError
-        The file is missing or not of these kinds.
+        The file is missing or has another format, or an int16 map has another value without a disparity.
     """
     suffix = path.suffix.lower()
     if suffix == ".npy":
@@ -115,7 +116,7 @@ def read_disparity(path: Path, search: SearchRange) -> NDArray[np.float32]:
     else:
         image = read_image(path)
         if image.ndim != 2 or image.dtype != np.uint16:
-            raise ImageError(f"{path}: is no disparity map: a .npy, a .pfm or a grey image of 16 bits is needed")
+            raise ImageError(f"{path}: is not a disparity map: a .npy, a .pfm or a grey image of 16 bits is needed")
         pixels = image.astype(np.float32)/np.float32(KITTI_SCALE)
         pixels[image == 0] = np.nan
     pixels[~np.isfinite(pixels)] = np.nan
@@ -128,10 +129,11 @@ def _read_npy(path: Path, search: SearchRange) -> NDArray[np.float32]:
     except (ValueError, EOFError, OSError):
         raise ImageError(f"{path}: is not an array that NumPy can read") from None
     if not isinstance(array, np.ndarray) or array.ndim != 2 or not (array.dtype == np.int16 or array.dtype.kind == "f"):
-        raise ImageError(f"{path}: is no disparity map: int16 in sixteenths of a pixel or floating point in pixels is "
-                         "needed, one number per pixel")
+        raise ImageError(f"{path}: is not a disparity map: int16 in sixteenths of a pixel or floating point in pixels "
+                         "is needed, one number per pixel")
     if array.dtype == np.int16:
-        # A block does not fit the corner: what stands there means none. Taken for a disparity it would be a wall.
+        # No block fits into the corner, so its value means no disparity. If that is not `invalid`, all pixels with it
+        # would become a wall of one depth.
         corner = int(array[0, 0]) if array.size else search.invalid
         if corner != search.invalid and corner == array.min() and corner % DISPARITY_SCALE == 0:
             raise ImageError(f"{path}: looks like a map that was matched with --min-disparity "

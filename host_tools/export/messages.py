@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Disparity, depth, cameras and cloud as messages of ROS 2."""
+"""Encodes disparity, depth, cameras and cloud as messages of ROS 2."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ from .maps import SearchRange
 
 _SECOND_NS = 1_000_000_000
 
-#: PointField's number of float32, and how many bytes it takes.
+#: PointField's number for float32, and its size in bytes.
 _FLOAT32       = 7
 _FLOAT32_BYTES = 4
 
 
 @dataclass(frozen=True)
-class Frame:
-    """A map and all that goes with it.
+class StereoMessage:
+    """A map with its points, image and cameras: the contents of the messages of one frame.
 
     Parameters
     ----------
@@ -40,13 +40,13 @@ class Frame:
     image
         The left image: uint8, H x W x 3, BGR; None for a cloud without colours.
     geometry, cameras
-        Of the pair; left and right camera.
+        Geometry of the pair; left and right camera.
     search
-        What the map was searched in.
+        Range that was searched for the map.
     stamp_ns
         Time of the images in nanoseconds since 1970.
     frame_id
-        Name of the left camera's optical frame, in which all of it is.
+        Name of ROS's coordinate frame of the left camera, which all data refers to.
     """
 
     disparity_px: NDArray[np.float32]
@@ -60,7 +60,7 @@ class Frame:
 
 
 class Messages:
-    """Makes messages of frames, by the definitions of ROS 2.
+    """Encodes frames as messages, by the definitions of ROS 2.
 
     Raises
     ------
@@ -70,11 +70,11 @@ class Messages:
 
     def __init__(self) -> None:
         typesys        = import_extra("rosbags.typesys", "ros", "a ROS bag needs")
-        #: The definitions; those used here are the same in all distributions.
+        #: The definitions of messages; those used here are the same in all distributions.
         self.typestore = typesys.get_typestore(typesys.Stores.ROS2_HUMBLE)
 
-    def of(self, frame: Frame) -> Mapping[str, Any]:
-        """All messages of a frame, by the ends of their topics."""
+    def of(self, frame: StereoMessage) -> Mapping[str, Any]:
+        """Return all messages of a frame, by the last parts of their topics."""
         left, right = frame.cameras
         return {
             "disparity":         self.disparity(frame),
@@ -87,7 +87,7 @@ class Messages:
     def _make(self, kind: str, /, **values: Any) -> Any:
         return self.typestore.types[kind](**values)
 
-    def _header(self, frame: Frame) -> Any:
+    def _header(self, frame: StereoMessage) -> Any:
         stamp = self._make("builtin_interfaces/msg/Time", sec=frame.stamp_ns//_SECOND_NS,
                            nanosec=frame.stamp_ns % _SECOND_NS)
         return self._make("std_msgs/msg/Header", stamp=stamp, frame_id=frame.frame_id)
@@ -96,17 +96,17 @@ class Messages:
         return self._make("sensor_msgs/msg/RegionOfInterest", x_offset=x, y_offset=y, width=width, height=height,
                           do_rectify=False)
 
-    def image(self, frame: Frame, values: NDArray[np.float32]) -> Any:
-        """sensor_msgs/Image (32FC1) of values, float32, H x W."""
+    def image(self, frame: StereoMessage, values: NDArray[np.float32]) -> Any:
+        """Return a sensor_msgs/Image (32FC1) of values, float32, H x W."""
         height, width = values.shape
         return self._make("sensor_msgs/msg/Image", header=self._header(frame), height=height, width=width,
                           encoding="32FC1", is_bigendian=0, step=width*_FLOAT32_BYTES, data=_bytes(values))
 
-    def disparity(self, frame: Frame) -> Any:
-        """stereo_msgs/DisparityImage.
+    def disparity(self, frame: StereoMessage) -> Any:
+        """Return a stereo_msgs/DisparityImage.
 
-        Its disparities count from that of infinity, so that the depth is f*T/d whatever the principal points are, and
-        its limits with them. What is below min_disparity means that there is none.
+        Its disparities and limits are relative to the disparity of infinity, so that the depth is f*T/d for any
+        principal points. A value below min_disparity means that there is no disparity.
         """
         height, width = frame.disparity_px.shape
         zero_px       = frame.geometry.zero_px
@@ -124,8 +124,8 @@ class Messages:
             delta_d       = 1/DISPARITY_SCALE,
         )
 
-    def camera_info(self, frame: Frame, camera: CameraInfo) -> Any:
-        """sensor_msgs/CameraInfo."""
+    def camera_info(self, frame: StereoMessage, camera: CameraInfo) -> Any:
+        """Return a sensor_msgs/CameraInfo."""
         return self._make(
             "sensor_msgs/msg/CameraInfo",
             header           = self._header(frame),
@@ -141,12 +141,12 @@ class Messages:
             roi              = self._window(0, 0, 0, 0),  # All of the image.
         )
 
-    def points(self, frame: Frame) -> Any:
-        """sensor_msgs/PointCloud2 in rows and columns as the image, nan where there is no point."""
+    def points(self, frame: StereoMessage) -> Any:
+        """Return a sensor_msgs/PointCloud2 with the image's rows and columns, nan where there is no point."""
         height, width = frame.disparity_px.shape
         parts         = {name: frame.points_m[:, :, axis] for axis, name in enumerate("xyz")}
         if frame.image is not None:
-            # The convention of PCL: blue, green, red and 0 are the four bytes of a float.
+            # By PCL's convention the four bytes of a float are blue, green, red and 0.
             padded       = np.dstack([frame.image, np.zeros((height, width), np.uint8)])
             parts["rgb"] = np.ascontiguousarray(padded).view("<f4")[:, :, 0]
         fields = [self._make("sensor_msgs/msg/PointField", name=name, offset=number*_FLOAT32_BYTES, datatype=_FLOAT32,
@@ -166,5 +166,5 @@ class Messages:
 
 
 def _bytes(values: NDArray[np.float32]) -> NDArray[np.uint8]:
-    """Little-endian bytes of an array, row by row."""
+    """Return the little-endian bytes of an array, row by row."""
     return np.frombuffer(values.astype("<f4").tobytes(), np.uint8)

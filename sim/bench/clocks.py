@@ -26,24 +26,25 @@ from ..models.stereo_bm import StereoSettings, stereo_bm
 from ..system.build import MEMORIES
 from .ethernet import ethernet_figures
 
-#: Width, height, disparities, block size, and whether every stage is on or none but the sum of absolute differences.
-#: The first is the promise; the second is the same bare; the third and fourth are the thesis of 2014.
+#: Width, height, disparities, block size, and the stages: "all", or "sad" for the sum of absolute differences alone.
+#: The first case is the one of the README; the second is the same with "sad"; the third and fourth are those of the
+#: thesis of 2014.
 CASES = [(640, 480, 64, 9, "all"), (640, 480, 64, 9, "sad"), (640, 480, 16, 9, "sad"), (640, 480, 16, 7, "sad"),
          (640, 480, 64, 15, "all")]
 
-#: What the CPU of the SoC gets: small, as it is slow.
+#: The case for the CPU of the SoC: small, because the CPU is slow.
 CPU_CASE = (160, 32, 64, 9, "sad")
 
 #: What "all" means: settings in which every stage has something to do, as firmware/app/commands.c has them.
 ALL_STAGES = StereoSettings(min_disparity=3, texture_threshold=60, uniqueness_ratio=5, disp12_max_diff=1, median=True)
 
-#: What "sad" means.
+#: The settings of "sad".
 NO_STAGE = StereoSettings(prefilter="none", texture_threshold=0, uniqueness_ratio=0, subpixel=False)
 
-#: Longest wait for a measurement: the CPU takes most of it, to fill the images and to sum the map; seconds.
+#: Longest wait for a measurement, in seconds. Most of it is the CPU, which fills the images and sums the map.
 TIMEOUT_S = 300.0
 
-#: Time for which cv2.StereoBM runs; seconds.
+#: Time for which cv2.StereoBM runs, in seconds.
 OPENCV_S = 3.0
 
 Case   = tuple[int, int, int, int, str]
@@ -63,7 +64,7 @@ class Measurement:
 
     @property
     def clocks_per_pixel(self) -> float:
-        """Clocks of the frame by its pixels."""
+        """Clocks of the frame, divided by its pixels."""
         return self.clocks/(self.width*self.height)
 
 
@@ -98,12 +99,12 @@ def measure_frame(device: Device, case: Case, command: str = "bench") -> Measure
 
 
 def case_name(case: Case) -> str:
-    """A case as the names of figures have it."""
+    """Return the name of a case, as a part of the names of figures."""
     return "{}x{}/d{}/b{}/{}".format(*case)
 
 
 def figures(case: Case, result: Measurement, memory: str) -> list[Figure]:
-    """What a measurement says, as name, value and unit."""
+    """Return the figures of a measurement: name, value and unit."""
     name   = f"{case_name(case)}/{memory}"
     pixels = result.width*result.height
     return [
@@ -117,7 +118,7 @@ def figures(case: Case, result: Measurement, memory: str) -> list[Figure]:
 
 
 def cpu_figures(device: Device, accelerator: Measurement) -> list[Figure]:
-    """The same arithmetic in C on the CPU of the SoC, and how many times faster the accelerator is, in clocks."""
+    """Measure the same arithmetic in C on the CPU of the SoC, and its clocks relative to the accelerator's."""
     cpu = measure_frame(device, CPU_CASE, "cpu_bench")
     return [
         {"name": f"cpu_clocks_per_pixel/{case_name(CPU_CASE)}", "value": round(cpu.clocks_per_pixel, 1),
@@ -128,7 +129,7 @@ def cpu_figures(device: Device, accelerator: Measurement) -> list[Figure]:
 
 
 def opencv_figures(accelerator: Measurement) -> list[Figure]:
-    """cv2.StereoBM on one core of this computer, in the same run; and the accelerator's clock that equals it."""
+    """Measure cv2.StereoBM on one core of this computer, and the accelerator at 100 MHz relative to it."""
     case  = CASES[0]
     left  = pattern(case[0], case[1], LEFT_SEED)
     right = pattern(case[0], case[1], RIGHT_SEED)
@@ -140,17 +141,17 @@ def opencv_figures(accelerator: Measurement) -> list[Figure]:
     while (seconds := time.perf_counter() - begin) < OPENCV_S:
         matcher.compute(left, right)
         frames += 1
-    rate = frames/seconds
+    frames_per_s = frames/seconds
     return [
-        {"name": f"opencv_frames_per_second_on_one_core/{case_name(case)}", "value": round(rate, 1),
+        {"name": f"opencv_frames_per_second_on_one_core/{case_name(case)}", "value": round(frames_per_s, 1),
          "unit": "frames/s"},
         {"name": f"accelerator_at_100_mhz_by_opencv/{case_name(case)}",
-         "value": round(1e8/accelerator.clocks/rate, 2), "unit": "ratio"},
+         "value": round(1e8/accelerator.clocks/frames_per_s, 2), "unit": "ratio"},
     ]
 
 
 def main() -> int:
-    """Measure, print the table, write the file; returns the exit status."""
+    """Measure, print the table, write the file; return the exit status."""
     rows: list[Figure] = []
     try:
         for memory in MEMORIES:
@@ -174,10 +175,10 @@ def main() -> int:
     for row in rows:
         table.add_row(*(str(row[column]) for column in ("name", "value", "unit")))
     rich.console.Console(width=100).print(table)
-    print("On integrated RAM the matcher has a port of its own and takes a pixel per clock, plus the rows of the\n"
-          "lower border. On SDRAM (32 bits, one word per clock at best) a pixel's four bytes take the whole bus:\n"
-          "what is above 1 is row changes, turns between reading and writing, and refresh.\n"
-          "Ethernet figures are of uploads while other frames are matched and fetched, in clocks of the wire.")
+    print("On integrated RAM the matcher has its own port and needs a clock per pixel, plus the rows of the lower\n"
+          "border. On SDRAM (32 bits, at most one word per clock) the four bytes of a pixel need the whole bus: all\n"
+          "above 1 is row changes, changes between reading and writing, and refresh.\n"
+          "Ethernet figures are of uploads while other frames are matched and downloaded, in clocks of the wire.")
     path = build_directory() / "bench.json"
     path.write_text(json.dumps(rows, indent=2) + "\n")
     print(f"written: {path}")

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Measures how fast frames go through the full system over Ethernet, in clocks of the wire."""
+"""Measures the throughput of frames over Ethernet in the full system, in clocks of the wire."""
 
 from __future__ import annotations
 
@@ -25,16 +25,16 @@ from ..system.simulation import SYS_CLK_HZ, start_simulation
 WIDTH, HEIGHT = 640, 480
 SETTINGS      = MatcherSettings(disparities=64, block_size=9)
 
-#: Frames that are sent; of the first and the last two the clocks do not count.
+#: Frames that are sent; the clocks of the first one and of the last two do not count.
 FRAMES = 8
 
-#: Clocks of the wire that a full chunk takes: message, UDP, IP and Ethernet header, and preamble, FCS and gap.
+#: Clocks of the wire for a full chunk: message, UDP, IP and Ethernet headers, and preamble, FCS and gap.
 CHUNK_CLOCKS = CHUNK_BYTES + 28 + 8 + 20 + 14 + 24
 
-#: Messages that bring images.
+#: Messages that carry images.
 CHUNKS = (MessageType.UPLOAD, MessageType.PAIRS)
 
-#: Clock of gigabit Ethernet, a byte each, and that of the Colorlight i5's SoC and SDRAM.
+#: Clock of gigabit Ethernet, a byte per clock, and that of the Colorlight i5's SoC and SDRAM.
 WIRE_HZ, BOARD_HZ = 125_000_000, 60_000_000
 
 
@@ -55,7 +55,7 @@ CASES = [
 
 @dataclass(frozen=True)
 class Flow:
-    """What the wire carried per clock in the steady state, both ways at the same time."""
+    """What the wire carried per clock in the steady state, in both directions at the same time."""
     upload_bytes_per_clock:   float
     download_bytes_per_clock: float
     clocks_per_frame:         float
@@ -70,7 +70,7 @@ def measure_flow(case: EthernetCase) -> Flow:
     LiteStereoError
         The device refused or failed, or a map is wrong.
     """
-    # Frames differ, so that none can stand in for another.
+    # Successive frames differ, so that a wrong frame is noticed.
     pairs    = [(pattern(WIDTH, HEIGHT, LEFT_SEED + 2*n), pattern(WIDTH, HEIGHT, RIGHT_SEED + 2*n)) for n in range(2)]
     settings = StereoSettings(SETTINGS.disparities, SETTINGS.block_size)
     expected = [stereo_bm(left, right, settings) for left, right in pairs]
@@ -86,7 +86,7 @@ def measure_flow(case: EthernetCase) -> Flow:
 
 
 def flow(captured: list[Captured]) -> Flow:
-    """Figures of a capture: from the end of one frame's upload to that of a later one's, whole frames in between."""
+    """Return the figures of a capture, between the ends of the uploads of two frames: a whole number of frames."""
     uploads  = [entry for entry in captured if entry.to_device and entry.message.type in CHUNKS]
     complete = {}
     for entry in uploads:
@@ -104,7 +104,7 @@ def flow(captured: list[Captured]) -> Flow:
 
 
 def ethernet_figures() -> list[dict[str, str | float]]:
-    """Figures of all cases, as name, value and unit."""
+    """Measure all cases; return the figures: name, value and unit."""
     rows: list[dict[str, str | float]] = []
     for case in CASES:
         result = measure_flow(case)

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""The matcher's emitted Verilog as a matcher of whole images."""
+"""The emitted Verilog of the matcher, run on whole images."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ from .stream_core import StreamCore
 
 
 def pixel_words(left: NDArray[np.uint8], right: NDArray[np.uint8]) -> NDArray[np.uint32]:
-    """A pair of images as the matcher's sink takes it."""
+    """Pack a pair of images (uint8, H x W) into words of the matcher's sink: uint32, H*W, right in bits 8 to 15."""
     return left.astype(np.uint32).ravel() | right.astype(np.uint32).ravel() << 8
 
 
 def signals(width: int, height: int, settings: StereoSettings) -> dict[str, int]:
-    """The settings of a frame as the matcher's Signals have them."""
+    """Return the values of the matcher's Signals for the settings of a frame."""
     return {
         "width":             width,
         "height":            height,
@@ -77,7 +77,7 @@ class CosimMatcher:
         left, right
             Rectified 8-bit grey images, H x W.
         settings
-            Settings of the frame; what the matcher is not built for is ignored.
+            Settings of the frame; those of stages that the matcher lacks are ignored.
         valid, ready
             Chance, per clock, that a pixel pair is offered and that the map's next pixel is taken.
         seed
@@ -109,7 +109,7 @@ class CosimMatcher:
         return disparity, result.clocks, result.probe_clock
 
     def give_up(self) -> None:
-        """Forget the frame, by the matcher's own reset, as the peripheral does between frames."""
+        """Discard the frame, by the matcher's own reset, as the peripheral does between frames."""
         self.core.set(reset=1)
         self.core.run(np.zeros((0, self.core.sink_words), np.uint32), 1, idle_clocks=1)
         self.core.set(reset=0)

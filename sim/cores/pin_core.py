@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Runs any core in Verilator, pin by pin: for those that speak more than one stream."""
+"""Runs any core in Verilator, pin by pin, for cores with several streams."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from .verilated_core import VerilatedCore
 
 
 def ports_header(ports: Mapping[str, int]) -> str:
-    """C++ functions that set and get a port, by its index, as 32-bit words."""
+    """Return C++ functions that set and get a port, by its index, as 32-bit words."""
     setters, getters = [], []
     for index, (name, bits) in enumerate(ports.items()):
         words = range(-(-bits//32))
@@ -79,17 +79,17 @@ class PinCore(VerilatedCore):
         self._library.core_set(self._core, self._ports[port], words)
 
     def get(self, name: str) -> int:
-        """Value of an output."""
+        """Return the value of an output."""
         words = self._words[f"pin_{name}"]
         self._library.core_get(self._core, self._ports[f"pin_{name}"], words)
         return sum(word << 32*index for index, word in enumerate(words))
 
     def clock(self) -> None:
-        """One rising edge of the clock."""
+        """Run for one rising edge of the clock."""
         self._library.core_clock(self._core)
 
     def reset(self) -> None:
-        """One clock of reset."""
+        """Hold the reset for one clock."""
         self._drive("sys_rst", 1)
         self.clock()
         self._drive("sys_rst", 0)

@@ -21,9 +21,9 @@ from .verilated_core import VerilatedCore
 
 
 class StreamTop(PortsTop):
-    """The core with its sink, source, settings and status as plain ports, whatever fields they have.
+    """The core with its sink, source, settings and status as plain ports, for endpoints of any layout.
 
-    A pipeline core, one whose endpoints never stall, has no ready of its own.
+    A pipeline core never stalls, and its endpoints have no ready.
     """
     def __init__(self, core, settings: Sequence[str], pipeline: bool, status: Sequence[str] = ()) -> None:
         PortsTop.__init__(self, core)
@@ -50,7 +50,7 @@ class StreamTop(PortsTop):
 
 
 def ports_header(sink_bits: int, source_bits: int, settings: Sequence[str], status: Sequence[str] = ()) -> str:
-    """C++ functions that move words to and from the model's ports, which Verilator types by their width."""
+    """Return C++ functions that move words to and from the model's ports, whose C++ types depend on their width."""
     def move(bits: int, port: str, target: str) -> list[str]:
         lines = []
         for index in range(-(-bits//32)):
@@ -89,13 +89,13 @@ class _Run(ctypes.Structure):
 
 @dataclass(frozen=True)
 class RunResult:
-    """What came out of a run."""
+    """Result of `StreamCore.run`."""
     words: NDArray[np.uint32]  #: captured items, N x words of an item
     first: NDArray[np.bool_]   #: mark of each
     last: NDArray[np.bool_]    #: mark of each
     accepted: int              #: items that the sink took
     clocks: int                #: from the first clock of the run to the last item captured
-    probe_clock: int           #: likewise to the item asked for
+    probe_clock: int           #: from the first clock of the run to the item of `probe`
 
 
 class StreamCore(VerilatedCore):
@@ -167,7 +167,7 @@ class StreamCore(VerilatedCore):
         reset_clock
             Stop at this clock, if above 0; call `reset` afterwards.
         probe
-            Index of the captured item whose clock is wanted.
+            Index of the captured item whose clock is returned as `probe_clock`.
         idle_clocks
             Clocks without any transfer after which the run ends.
         """

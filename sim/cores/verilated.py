@@ -28,18 +28,18 @@ VERILATOR_OPTIONS = ["--cc", "--exe", "-O3", "--x-assign", "fast", "--x-initial"
                      "-Wno-fatal", "-Wno-WIDTH", "-Wno-CASEINCOMPLETE", "--top-module", "core",
                      "-CFLAGS", "-O2 -fPIC", "-LDFLAGS", "-shared", "-o", "core.so"]
 
-#: How a model itself is compiled, for its makefile. g++ takes twice as long, for no more speed; the makefile's own
-#: -Os, which comes after all other options, has two thirds of it. What runs once, such as the start of thousands of
-#: counters, takes longer to optimize than all the rest.
+#: Options of a model's makefile. g++ takes twice as long, for a model of the same speed; with the makefile's own -Os,
+#: which comes after all other options, it has two thirds of the speed. Code that runs once, such as the initialization
+#: of thousands of counters, would take longer to optimize than all the rest.
 COMPILATION = ["CXX=clang++", f"OPT_FAST={os.environ.get('LITESTEREO_OPTIMIZATION', '-O2')}", "OPT_SLOW=-O0"]
 
-#: What a model counts while it runs, by `LITESTEREO_COVERAGE`. Toggles make one a hundred times slower.
+#: Counters of a model, by the value of `LITESTEREO_COVERAGE`. Those of toggles make a model a hundred times slower.
 COVERAGE_OPTIONS = {"": [], "line": ["--coverage-line"], "toggle": ["--coverage-line", "--coverage-toggle"]}
 
 #: Waveforms that a model can write, by the ending of the file.
 TRACE_OPTIONS = {".vcd": ["--trace"], ".fst": ["--trace-fst", "-LDFLAGS", "-lz"]}
 
-#: Verilator's own part of a model, which takes longer to compile than most cores; and what else an option needs.
+#: Verilator's runtime, which takes longer to compile than most cores, and the further object of each option.
 RUNTIME_OBJECTS = ["verilated.o", "verilated_threads.o"]
 OPTION_OBJECTS  = {"--coverage-line": "verilated_cov.o", "--trace": "verilated_vcd_c.o",
                    "--trace-fst": "verilated_fst_c.o"}
@@ -53,7 +53,7 @@ class PortsTop(LiteXModule):
         self.ios    = {self.cd_sys.clk, self.cd_sys.rst}
 
     def port(self, name: str, bits: int) -> Signal:
-        """New port; whether it is an input follows from its use."""
+        """Add a port; its use makes it an input or an output."""
         signal = Signal(bits, name_override=name)
         self.ios.add(signal)
         return signal
@@ -61,16 +61,16 @@ class PortsTop(LiteXModule):
 
 def compile_model(folder: Path, options: list[str], sources: list[str], targets: Iterable[str] = (),
                   objects: Iterable[Path] = ()) -> None:
-    """Run Verilator in `folder`, and make in its `obj_dir`, where `objects` are there already; raises ToolError."""
+    """Run Verilator in `folder`, then make in its `obj_dir`, with `objects` compiled already; raise ToolError."""
     run_logged(["verilator", *options, *sources], folder, "verilator.log")
     for path in objects:
-        # Newer than Verilator's makefile, which all objects depend on: there is nothing to do for them.
+        # Copied now, they are newer than Verilator's makefile, and are not compiled again.
         shutil.copy(path, folder / "obj_dir")
     run_logged(["make", "-s", "-j2", "-C", "obj_dir", "-f", "Vcore.mk", *COMPILATION, *targets], folder, "build.log")
 
 
 def build_runtime(options: list[str], version: str) -> list[Path]:
-    """Compile Verilator's own part of all models with the same options, once; return its objects."""
+    """Compile Verilator's runtime, once for all models with the same options; return its objects."""
     objects = RUNTIME_OBJECTS + [name for option, name in OPTION_OBJECTS.items() if option in options]
 
     def build(folder: Path) -> None:
@@ -84,16 +84,16 @@ def build_runtime(options: list[str], version: str) -> list[Path]:
 
 
 def build_library(top: PortsTop, header: str, bench: str, trace: str = "") -> Path:
-    """Emit Verilog, compile it with the bench, once for each content; return the shared library.
+    """Emit Verilog, compile it with the bench, once for each content; return the path of the shared library.
 
-    Memories have garbage where block RAM promises nothing: see `with_garbage`.
+    Memories return garbage where the output of block RAM is undefined: see `with_garbage`.
 
     Parameters
     ----------
     top
         Top level.
     header
-        Contents of `ports.h`, which tells the bench what the ports are.
+        Contents of `ports.h`, which gives the bench access to the ports.
     bench
         Name of the bench's C++ file, in this folder.
     trace
@@ -109,7 +109,7 @@ def build_library(top: PortsTop, header: str, bench: str, trace: str = "") -> Pa
     options = [*VERILATOR_OPTIONS, *COVERAGE_OPTIONS[os.environ.get("LITESTEREO_COVERAGE", "")],
                *TRACE_OPTIONS.get(trace, [])]
     version = subprocess.run(["verilator", "--version"], check=True, capture_output=True, text=True).stdout
-    # Comments hold the date.
+    # Comments are not part of the key: they have the date.
     logic   = re.sub(r"^//.*$", "", source, flags=re.MULTILINE)
     key     = content_key([logic, *sources.values(), version, *COMPILATION, *options])
     runtime = build_runtime(options, version)

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""A core as Verilator runs it in this process: what all of its drivers share."""
+"""A core in Verilator, in this process: the common base of its drivers."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _numbers = itertools.count()
 
 
 def coverage_directory() -> Path:
-    """Where models leave how often they ran each line, if `LITESTEREO_COVERAGE` is set: a folder per core."""
+    """Return the folder of the models' coverage counters, with a folder per core, if `LITESTEREO_COVERAGE` is set."""
     return build_directory() / os.environ.get("LITESTEREO_COVERAGE_DIRECTORY", "coverage")
 
 
@@ -51,7 +51,7 @@ def waveform_file(core: str, trace: Path | None) -> Path | None:
 
 
 def _free(library: ctypes.CDLL, core: ctypes.c_void_p, folder: Path, process: int) -> None:
-    # A process that was forked has copies of its parent's models, which are the parent's to free.
+    # A forked process has copies of its parent's models: only the parent frees them.
     if os.getpid() != process:
         return
     if os.environ.get("LITESTEREO_COVERAGE"):
@@ -60,7 +60,7 @@ def _free(library: ctypes.CDLL, core: ctypes.c_void_p, folder: Path, process: in
 
 
 class VerilatedCore:
-    """A core's model. It is freed by `close`, or with this object, or at the end of the program.
+    """The model of a core. `close` frees it, or the end of this object or of the program.
 
     Parameters
     ----------
@@ -83,5 +83,5 @@ class VerilatedCore:
         self._end     = weakref.finalize(self, _free, self._library, self._core, folder, os.getpid())
 
     def close(self) -> None:
-        """Free the model; it cannot be used any more."""
+        """Free the model; it cannot be used afterwards."""
         self._end()

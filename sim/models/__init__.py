@@ -3,4 +3,4 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Reference models in NumPy. They import nothing else of this project."""
+"""Reference models in NumPy. They import no other room of this project."""

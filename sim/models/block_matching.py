@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Reference model of the matcher: what the gateware must return, pixel for pixel, in NumPy."""
+"""Reference model of the sum of absolute differences alone, in NumPy: what the gateware must return without stages."""
 
 from __future__ import annotations
 
@@ -18,14 +18,16 @@ INVALID = -16
 
 
 def minimum_size(disparities: int, block_size: int) -> tuple[int, int]:
-    """Width and height in pixels of the smallest image that has one valid pixel."""
+    """Return width and height in pixels of the smallest image that has one valid pixel."""
     return disparities + block_size - 1, block_size
 
 
 def block_sums(difference: NDArray[np.uint8], block_size: int) -> NDArray[np.int32]:
-    """Sums over all whole `block_size` x `block_size` blocks of an H x W image, by cumulative sums.
+    """Sum an image (uint8, H x W) over all whole blocks of `block_size` x `block_size` pixels, by cumulative sums.
 
-    Returns int32, (H - block_size + 1) x (W - block_size + 1).
+    Returns
+    -------
+    int32, (H - block_size + 1) x (W - block_size + 1).
     """
     sums = difference.astype(np.int32)
     for axis in (0, 1):
@@ -38,7 +40,7 @@ def block_sums(difference: NDArray[np.uint8], block_size: int) -> NDArray[np.int
 
 
 def match(left: NDArray[np.uint8], right: NDArray[np.uint8], disparities: int, block_size: int) -> NDArray[np.int16]:
-    """Disparity map of a rectified pair by the sum of absolute differences (SAD) of blocks.
+    """Match a rectified pair by the sum of absolute differences (SAD) of blocks.
 
     The rules are those of OpenCV's `cv2.StereoBM` without its prefilter and its validity tests: the
     smallest cost wins, and of equal costs the largest disparity.

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""The images that the firmware's `bench` command matches."""
+"""The test images that the firmware's command `bench` matches."""
 
 from __future__ import annotations
 

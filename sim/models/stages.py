@@ -7,8 +7,8 @@
 
 Together they are `cv2.StereoBM`; `stereo_bm.py` puts them together. Arrays of costs are disparities x rows
 x columns, the smallest disparity first. Their rows are those that have a whole block, [k, H - k) with
-k = block_size // 2. Their columns are those of `Columns`: beside the ones that have a whole block the k on
-either side of them, which take part in the left-right check and are thrown away after it.
+k = block_size // 2. Their columns are those of `Columns`: the columns that have a whole block, and k more on either
+side, which take part in the left-right check and are discarded after it.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from .block_matching import DISPARITY_SHIFT, block_sums
 
-#: Cost of what shall not win, beyond that of any block.
+#: Cost of a disparity that must not win: larger than that of any block.
 NO_COST = np.iinfo(np.int32).max
 
 
@@ -49,7 +49,7 @@ class Columns:
 
     @property
     def right_first(self) -> int:
-        """First column of the right image that is looked at; not 0 only if all disparities are negative."""
+        """First column of the right image that is used; not 0 only if all disparities are negative."""
         return -min(self.min_disparity + self.disparities - 1, 0)
 
     @property
@@ -59,19 +59,19 @@ class Columns:
 
     @property
     def valid(self) -> slice:
-        """Columns of the map that may have a disparity: the outermost ones lack a part of their block."""
+        """Columns of the map that can have a disparity: the others lack a part of their block."""
         margin = self.block_size // 2
         return slice(self.first + margin, max(self.first, self.width - margin))
 
     def left(self) -> NDArray[np.intp]:
-        """Columns of the left image under the blocks, beginning k before `first`; kept within the image."""
+        """Return the columns of the left image under the blocks, from k before `first` on, clipped to the image."""
         return np.clip(self.first + self._steps(), 0, self.width - 1)
 
     def right(self, disparity: int) -> NDArray[np.intp]:
-        """Columns of the right image under the same blocks.
+        """Return the columns of the right image under the same blocks, at a disparity.
 
-        All disparities of a block's column are kept within the image together, so that at the ends of a row a
-        column of the right image may be another one than that of the left image minus the disparity.
+        All disparities of a block's column are clipped to the image together: at the ends of a row a column of the
+        right image is not always that of the left image minus the disparity.
         """
         last = self.min_disparity + self.disparities - 1
         base = np.clip(self.right_first + self._steps(), 0, self.width - self.disparities)
@@ -83,10 +83,10 @@ class Columns:
 
 
 def prefilter_xsobel(image: NDArray[np.uint8], cap: int) -> NDArray[np.uint8]:
-    """Horizontal 3x3 Sobel of an image, clipped to +-`cap` and shifted to 0 to 2*`cap`.
+    """Filter an image by a horizontal 3x3 Sobel, clipped to +-`cap` and shifted to 0 to 2*`cap`: uint8, H x W.
 
-    Above the first row stands the second, below the last one the last but one. The first and the last column
-    are `cap`. So is the last row if the number of rows is odd: OpenCV filters rows in pairs.
+    Rows are mirrored at the edges: the second row is above the first, the last but one below the last. The first and
+    the last column are `cap`. So is the last row if the number of rows is odd: OpenCV filters two rows at a time.
     """
     rows     = np.pad(image.astype(np.int32), ((1, 1), (0, 0)), mode="reflect")
     smooth   = rows[:-2] + 2*rows[1:-1] + rows[2:]
@@ -98,7 +98,7 @@ def prefilter_xsobel(image: NDArray[np.uint8], cap: int) -> NDArray[np.uint8]:
 
 
 def block_costs(left: NDArray[np.uint8], right: NDArray[np.uint8], columns: Columns) -> NDArray[np.int32]:
-    """Sums of absolute differences over all blocks: int32, disparities x rows x columns."""
+    """Return the sums of absolute differences over all blocks: int32, disparities x rows x columns."""
     block_size = columns.block_size
     shape      = (columns.disparities, left.shape[0] - block_size + 1, columns.count)
     costs      = np.empty(shape, np.int32)
@@ -110,22 +110,22 @@ def block_costs(left: NDArray[np.uint8], right: NDArray[np.uint8], columns: Colu
 
 
 def winners(costs: NDArray[np.int32]) -> tuple[NDArray[np.intp], NDArray[np.int32]]:
-    """Index of the smallest cost, of equal ones the largest index, and that cost: both rows x columns."""
+    """Return the index of the smallest cost, the largest index of equal ones, and that cost: both rows x columns."""
     index = len(costs) - 1 - np.argmin(costs[::-1], axis=0)
     return index, np.take_along_axis(costs, index[None], axis=0)[0]
 
 
 def texture_sums(left: NDArray[np.uint8], cap: int, columns: Columns) -> NDArray[np.int32]:
-    """Sums over all blocks of what the prefiltered left image differs from `cap`: int32, rows x columns."""
+    """Return the sums over all blocks of |prefiltered left image - `cap`|: int32, rows x columns."""
     texture = np.abs(left[:, columns.left()].astype(np.int16) - cap)
     return block_sums(texture.astype(np.uint8), columns.block_size)
 
 
 def uniqueness_mask(costs: NDArray[np.int32], index: NDArray[np.intp], ratio: int) -> NDArray[np.bool_]:
-    """Where the winner is unique: bool, rows x columns.
+    """Return where the winner is unique: bool, rows x columns.
 
-    It is if all costs but its own and those of its two neighbours are larger than its own by more than
-    `ratio` percent, rounded down. Without a `ratio` every winner is.
+    A winner is unique if all costs except its own and those of its two neighbours exceed its own by more than `ratio`
+    percent of it, rounded down. With a `ratio` of 0 every winner is unique.
     """
     if ratio <= 0:
         return np.ones(index.shape, bool)
@@ -137,9 +137,9 @@ def uniqueness_mask(costs: NDArray[np.int32], index: NDArray[np.intp], ratio: in
 
 
 def subpixel(costs: NDArray[np.int32], index: NDArray[np.intp], min_disparity: int) -> NDArray[np.int16]:
-    """Disparities in sixteenths of a pixel by the costs beside the winner's: int16, rows x columns.
+    """Interpolate the winner between the two neighbouring costs: int16, rows x columns, in sixteenths of a pixel.
 
-    Winners at either end of the range keep their whole number of pixels.
+    A winner at either end of the range keeps its whole number of pixels.
     """
     last = len(costs) - 1
 
@@ -157,23 +157,23 @@ def subpixel(costs: NDArray[np.int32], index: NDArray[np.intp], min_disparity: i
 
 def left_right_check(disparity: NDArray[np.int16], cost: NDArray[np.int32], max_difference: int,
                      columns: Columns) -> NDArray[np.bool_]:
-    """Where a disparity agrees with those of the other pixels that see the same column on the right.
+    """Return where a disparity agrees with the other pixels that match the same column of the right image.
 
-    Every valid disparity votes for the column of the right image that it leads to; of several the smallest
-    cost wins the column, of equal costs the one furthest left. A disparity is refused if the columns that it
-    leads to, rounded down and up, both have a winner that differs by more than `max_difference` pixels.
+    Every valid disparity votes for the column of the right image that it leads to. The vote with the smallest cost wins
+    the column, the one furthest to the left of equal costs. A disparity is rejected if the columns that it leads to,
+    rounded down and up, both have a winner that differs by more than `max_difference` pixels.
 
-    OpenCV 5.0.0 itself does this only with `prefilter_cap` <= 31 and `block_size` <= 21, where a cost fits
-    15 bits: beyond, it writes costs of 32 bits into a matrix of 16 and compares what is left of them.
+    OpenCV 5.0.0 itself does this only with `prefilter_cap` <= 31 and `block_size` <= 21, where a cost fits into
+    15 bits: above, it writes costs of 32 bits into a matrix of 16 bits and compares the truncated values.
 
     Parameters
     ----------
     disparity, cost
-        Rows x columns; (min_disparity - 1)*16 and less stands for no disparity.
+        Rows x columns; (min_disparity - 1)*16 and less means no disparity.
     max_difference
         In pixels; negative for no check.
     columns
-        What the columns are.
+        Description of the columns.
 
     Returns
     -------
@@ -184,7 +184,7 @@ def left_right_check(disparity: NDArray[np.int16], cost: NDArray[np.int32], max_
         return keep
     rows     = np.arange(len(disparity))
     invalid  = (columns.min_disparity - 1) << DISPARITY_SHIFT
-    # The first of the columns neither votes nor is checked; it never has a whole block anyway.
+    # The first of the columns neither votes nor is checked. It never has a whole block.
     checked  = range(max(columns.min_disparity + columns.disparities, 0) - columns.first, columns.count)
     winner   = np.full((len(disparity), columns.width), invalid, np.int32)
     smallest = np.full(winner.shape, NO_COST, np.int32)
@@ -207,9 +207,9 @@ def left_right_check(disparity: NDArray[np.int16], cost: NDArray[np.int32], max_
 
 
 def median3x3(disparity: NDArray[np.int16]) -> NDArray[np.int16]:
-    """Median of each pixel and its eight neighbours, as `cv2.medianBlur` has it: int16, H x W.
+    """Return the median of each pixel and its eight neighbours, as `cv2.medianBlur` does: int16, H x W.
 
-    Beyond the edges of the map stand its outermost pixels again. A pixel without a disparity counts as its
-    value, which is less than any disparity.
+    The outermost pixels of the map are repeated outside of it. A pixel without a disparity counts with its value, which
+    is less than any disparity.
     """
     return np.asarray(cv2.medianBlur(disparity, 3), np.int16)

@@ -3,7 +3,11 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Reference model of the full matcher: the disparity map of `cv2.StereoBM`, pixel for pixel, in NumPy."""
+"""Reference model of the full matcher: the disparity map of `cv2.StereoBM`, pixel for pixel, in NumPy.
+
+This holds in the valid region. Outside of it the model is invalid everywhere, while OpenCV 5.0 with a smallest
+disparity above 0 writes `min_disparity` values past the end of each row.
+"""
 
 from __future__ import annotations
 
@@ -15,13 +19,13 @@ from numpy.typing import NDArray
 from . import stages
 from .block_matching import DISPARITY_SHIFT
 
-#: Most costs that are held at a time.
+#: Largest number of costs in memory at a time.
 _MAX_COSTS = 1 << 24
 
 
 @dataclass(frozen=True)
 class StereoSettings:
-    """What a pair is matched with: the parameters of `cv2.StereoBM`, with its defaults, and a few more.
+    """Settings of a match: the parameters of `cv2.StereoBM` with its defaults, and a few more.
 
     Parameters
     ----------
@@ -38,7 +42,7 @@ class StereoSettings:
     texture_threshold
         Least sum of slopes in a block.
     uniqueness_ratio
-        By how many percent more any other disparity must cost; 0 for no test.
+        Percent by which the cost of any other disparity must be larger; 0 for no test.
     disp12_max_diff
         Largest difference in the left-right check, in pixels; negative for no check.
     subpixel
@@ -84,30 +88,30 @@ class StereoSettings:
     def minimum_size(self) -> tuple[int, int]:
         """Width and height in pixels of the smallest image that has one pixel with a disparity.
 
-        `cv2.StereoBM` wants one row more, for no reason that shows in its results.
+        `cv2.StereoBM` requires one row more, although its result does not depend on it.
         """
         return max(self.min_disparity + self.disparities - 1, 0) + self.block_size, self.block_size
 
     def columns(self, width: int) -> stages.Columns:
-        """The columns of an image of that width that take part."""
+        """Return the columns that take part, of an image of that width."""
         return stages.Columns(width, self.disparities, self.min_disparity, self.block_size)
 
 
 def stereo_bm(left: NDArray[np.uint8], right: NDArray[np.uint8],
               settings: StereoSettings) -> NDArray[np.int16]:
-    """Disparity map of a rectified pair.
+    """Match a rectified pair.
 
     Parameters
     ----------
     left, right
         Rectified 8-bit grey images, H x W, of the same shape.
     settings
-        What to match with.
+        Settings of the match.
 
     Returns
     -------
-    int16, H x W, in sixteenths of a pixel; `settings.invalid` where there is no disparity, which is
-    everywhere in an image that is too narrow for one.
+    int16, H x W, in sixteenths of a pixel; `settings.invalid` where there is no disparity, which is everywhere in an
+    image that is too narrow.
 
     Raises
     ------
@@ -128,7 +132,7 @@ def stereo_bm(left: NDArray[np.uint8], right: NDArray[np.uint8],
         return result
     if settings.prefilter == "xsobel":
         left, right = (stages.prefilter_xsobel(image, settings.prefilter_cap) for image in (left, right))
-    # Rows do not depend on each other, so a few at a time do, and bound the memory.
+    # Rows are independent. A band of a few rows at a time bounds the memory.
     rows = max(1, _MAX_COSTS // (columns.count*settings.disparities))
     for begin in range(margin, height - margin, rows):
         end   = min(begin + rows, height - margin)
@@ -142,7 +146,7 @@ def stereo_bm(left: NDArray[np.uint8], right: NDArray[np.uint8],
 
 def _match_rows(left: NDArray[np.uint8], right: NDArray[np.uint8], settings: StereoSettings,
                 columns: stages.Columns) -> NDArray[np.int16]:
-    """Disparities of all rows that have a whole block, in the columns that have a cost."""
+    """Return the disparities of all rows that have a whole block, in the columns that have a cost."""
     costs       = stages.block_costs(left, right, columns)
     index, cost = stages.winners(costs)
     if settings.subpixel:

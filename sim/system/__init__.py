@@ -3,4 +3,4 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""The full system in simulation: SoC, firmware and links, as a process of its own."""
+"""The full system in simulation, as a separate process: SoC, firmware and links."""

@@ -32,7 +32,7 @@ MEMORIES       = ("integrated-ram", "sdram")
 TOOLS          = {"verilator": "verilator", "riscv64-unknown-elf-gcc": "gcc-riscv64-unknown-elf", "make": "make",
                   "g++": "g++"}
 
-#: What a simulator is generated from, besides LiteX.
+#: Rooms that a simulator is generated from, together with LiteX.
 SOURCES = ("gateware", "soc/build", "soc/parts", "soc/boards", "sim/socs")
 
 #: Parameters of the simulated matcher: every image of the Middlebury sets of 2001 and 2003 fits.
@@ -44,7 +44,7 @@ class SimulationError(RuntimeError):
 
 
 def build_soc(memory: str = "integrated-ram") -> Path:
-    """Build the simulator of a SoC and the libraries for its firmware, unless they are there.
+    """Build the simulator of a SoC and the libraries for its firmware, unless they are built already.
 
     Parameters
     ----------
@@ -66,7 +66,7 @@ def build_soc(memory: str = "integrated-ram") -> Path:
                            code_key(*(PACKAGE_DIR / folder for folder in SOURCES))])
 
     def build(folder: Path) -> None:
-        # A process of its own: LiteX changes the working directory, prints, and configures logging.
+        # A separate process: LiteX changes the working directory, prints, and configures logging.
         command = ["litestereo.sim.socs.simulated_board", memory, str(folder)] if memory in BOARDS else [
             "litestereo.sim.socs.simulated_soc", memory, str(folder), json.dumps(MATCHER)]
         _run([sys.executable, "-m", *command, str(PACKAGE_DIR / "sim" / "socs" / "modules")], folder,
@@ -76,14 +76,14 @@ def build_soc(memory: str = "integrated-ram") -> Path:
 
 
 def build_firmware(soc: Path, version: int | None = None) -> Path:
-    """Build the firmware for a SoC that `build_soc` built, unless it is there; return the path of `litestereo.bin`.
+    """Build the firmware for a SoC that `build_soc` built, unless it is built already; return `litestereo.bin`'s path.
 
     Parameters
     ----------
     soc
         Output folder of `build_soc`.
     version
-        What the firmware calls itself, major x 256 + minor, instead of its own version.
+        Version that the firmware reports, major x 256 + minor, instead of its real one.
 
     Raises
     ------
@@ -107,7 +107,7 @@ def build_boot(soc: Path) -> Path:
 
 
 def examples() -> list[str]:
-    """Names of the programs in `firmware/examples`."""
+    """Return the names of the programs in `firmware/examples`."""
     return sorted(path.stem for path in (FIRMWARE_DIR / "examples").glob("*.c"))
 
 
@@ -132,7 +132,7 @@ def _build_program(soc: Path, makefile: Path, name: str, *arguments: str) -> Pat
 
 
 def _run(command: list[str], folder: Path, what: str) -> None:
-    """Run a build command with its output in a log, and the tools of our own virtual environment on the path."""
+    """Run a build command with its output in a log, and the tools of this virtual environment on the path."""
     for tool, package in TOOLS.items():
         if shutil.which(tool) is None:
             raise SimulationError(f"{tool} is not installed: install the package {package}")

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Reads what the simulated wire carried: the capture file of ethernet2socket, whose times are clocks of the wire."""
+"""Reads a capture of the simulated wire: the pcap file of ethernet2socket, whose times are clocks of the wire."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from pathlib import Path
 from ...host_tools.core.errors import ProtocolError
 from ...host_tools.protocol.messages import UDP_PORT, Message
 
-_MAGIC  = 0xa1b23c4d # pcap with nanoseconds: one of them is a clock.
+_MAGIC  = 0xa1b23c4d # pcap with nanoseconds; each is a clock.
 _HEADER = struct.Struct("=IHHIIII")
 _RECORD = struct.Struct("=IIII")
 
@@ -27,19 +27,19 @@ _PAYLOAD_OFFSET = _UDP_OFFSET + 8
 
 @dataclass(frozen=True)
 class Captured:
-    """A message on the wire: the clock of its frame's last byte, and whether it went to the device."""
+    """A message on the wire: the clock of its last byte, and whether it went to the device."""
     clock:     int
     to_device: bool
     message:   Message
 
 
 def read_capture(path: Path) -> Iterator[Captured]:
-    """Every message of a capture in its order; frames that carry none are passed over.
+    """Yield the messages of a capture in their order; Ethernet frames without a message are skipped.
 
     Raises
     ------
     ValueError
-        The file is no such capture; at the first message that is asked for.
+        The file is not such a capture. It is raised when the first message is requested.
     """
     data = path.read_bytes()
     if len(data) < _HEADER.size or _HEADER.unpack_from(data)[0] != _MAGIC:
@@ -59,5 +59,5 @@ def read_capture(path: Path) -> Iterator[Captured]:
             message = Message.decode(frame[_PAYLOAD_OFFSET:_UDP_OFFSET + length])
         except ProtocolError:
             continue
-        # By address: a host's port may be the device's number too.
+        # By address, not by port: a host may use the device's port number too.
         yield Captured(seconds*10**9 + nanoseconds, frame[30:34] == _DEVICE, message)

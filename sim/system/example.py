@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Runs a program of `firmware/examples` on the full system in litex_sim, and shows what it prints."""
+"""Runs a program of `firmware/examples` on the full system in litex_sim, and prints its output."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from .simulation import start_simulation
 
 
 def run_example(name: str, silence_s: float = 300.0) -> Iterator[str]:
-    """Run an example; yield its lines until it says that it ends, which not all of them do.
+    """Run an example; yield its lines until it reports its end, which some examples never do.
 
     Parameters
     ----------
@@ -45,7 +45,7 @@ def run_example(name: str, silence_s: float = 300.0) -> Iterator[str]:
 
 
 def main() -> int:
-    """Run the example named on the command line; returns the exit status."""
+    """Run the example named on the command line; return the exit status."""
     parser = argparse.ArgumentParser(prog="make example", description=__doc__)
     parser.add_argument("name", metavar="NAME", help=f"one of {', '.join(examples())}")
     try:

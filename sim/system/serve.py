@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Runs the full system until somebody ends it: for people, and for `udp://` and `tcp://` device URLs."""
+"""Runs the full system until Ctrl-C, as a device for `udp://` and `tcp://` URLs."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from .simulation import start_simulation
 
 
 def main() -> int:
-    """Run the simulation; returns the exit status."""
+    """Run the simulation; return the exit status."""
     parser = argparse.ArgumentParser(prog="make sim", description=__doc__,
                                      formatter_class=argparse.ArgumentDefaultsHelpFormatter)
     parser.add_argument("--port", type=int, default=2000, help="TCP port of 127.0.0.1 for the UART, 0 for any free one")

@@ -31,8 +31,8 @@ SYS_CLK_HZ = 1_000_000
 #: What the Ethernet of the SoC can be tied to, and the litex_sim module for each.
 WIRES = {"socket": "ethernet2socket", "tap": "ethernet"}
 
-#: Linux ends what is run by this when its parent ends, however that happens. (Code between fork and exec could hang
-#: where there are threads.)
+#: Makes Linux kill the command that follows when its parent ends, for any reason. (A preexec_fn could hang if there are
+#: threads.)
 DIE_WITH_PARENT = ("setpriv", "--pdeathsig", "KILL")
 
 
@@ -55,11 +55,11 @@ class Simulation:
         self.close()
 
     def running(self) -> bool:
-        """Whether the process is alive."""
+        """Return whether the process is running."""
         return self._process.poll() is None
 
     def log(self) -> str:
-        """What the simulator has printed."""
+        """Return what the simulator has printed."""
         return (self.folder / "simulation.log").read_text(errors="replace")
 
     def wait(self) -> None:
@@ -89,7 +89,7 @@ def start_simulation(ram: str = "integrated-ram", port: int = 0, udp_port: int =
     wire
         What the Ethernet is tied to: `socket`, or `tap`, LiteX's module, for a network interface tap0.
     byte_clock_hz
-        Clock of the wire, a byte each; that of the SoC is 1000000.
+        Clock of the wire in Hz, which carries a byte per clock; that of the SoC is 1000000.
     capture
         File for all frames on the wire, for Wireshark or `read_capture`; of the wire `socket` only.
     timeout_s
@@ -137,19 +137,19 @@ def start_simulation(ram: str = "integrated-ram", port: int = 0, udp_port: int =
 
 def _prepare_modules(folder: Path, gateware: Path, arguments: dict[str, dict[str, int | str]], wire: str,
                      byte_clock_hz: int) -> None:
-    """Put litex_sim's modules and their configuration in the folder that it runs in."""
+    """Put litex_sim's modules and their configuration into the folder that it runs in."""
     config = json.loads((gateware / "sim_config.js").read_text())
     for module in config:
         name = module.get("module")
         if name == WIRES["socket"] and wire != "socket":
-            # LiteX's module knows no other clock.
+            # LiteX's module supports no other clock.
             module["module"]    = name = WIRES[wire]
             module["interface"] = ["sys_clk" if pads == "eth_clk" else pads for pads in module["interface"]]
         if name in arguments:
             module["args"] = arguments[name]
         elif name == "clocker" and module["interface"] == ["eth_clk"]:
             module["args"]["freq_hz"] = byte_clock_hz
-    # The step of time in which all clocks have their edges, in ps.
+    # The step of time, in ps, whose multiples are the edges of all clocks.
     (step,) = (entry for entry in config if "timebase" in entry)
     clocks  = [module["args"]["freq_hz"] for module in config if module.get("module") == "clocker"]
     step["timebase"] = math.gcd(*(10**12//hz//2 for hz in clocks))
@@ -161,21 +161,21 @@ def _prepare_modules(folder: Path, gateware: Path, arguments: dict[str, dict[str
 
 
 def memory_contents(ram: str, soc: Path, firmware: bytes) -> dict[str, tuple[bytes, int]]:
-    """Contents of the memories that hold programs, and bytes of a word, by the names of their files."""
+    """Return the contents of the memories that hold programs, and their bytes per word, by the names of their files."""
     if ram == "integrated-ram":
         return {"sim_main_ram.init": (firmware, 16)}
-    # The image that LiteX's BIOS and the boards' boot program take from flash: length, CRC-32, firmware.
+    # The image that LiteX's BIOS and the boards' boot program read from flash: length, CRC-32, firmware.
     image    = len(firmware).to_bytes(4, "little") + zlib.crc32(firmware).to_bytes(4, "little") + firmware
     if ram not in BOARDS:
         return {"sim_flash.init": (image, 4)}
-    # As `make flash` leaves it.
+    # The same contents as after `make flash`.
     flash = json.loads((soc / "board.json").read_text())["flash"]
     return {"sim_flash.init": (image.ljust(flash["bytes"], b"\xff")*flash["images"], 4),
             "sim_rom.init":   (build_boot(soc).read_bytes(), 4)}
 
 
 def _prepare_memories(folder: Path, gateware: Path, contents: dict[str, tuple[bytes, int]]) -> None:
-    """Put the contents of the memories in the folder that litex_sim runs in."""
+    """Put the contents of the memories into the folder that litex_sim runs in."""
     for path in gateware.glob("*.init"):
         if path.name not in contents:
             (folder / path.name).symlink_to(path)
@@ -198,13 +198,13 @@ def _listening_port(simulation: Simulation, module: str, port: int, deadline: fl
 
 
 def _wait_for_prompt(simulation: Simulation, deadline: float) -> None:
-    """Read the console until the firmware asks for input. The next client then begins with a silent line."""
+    """Read the console until the firmware's prompt, so that the next client finds no pending text."""
     text = b""
     with socket.create_connection(("127.0.0.1", simulation.port), timeout=10) as console:
         console.settimeout(1)
         while PROMPT not in text:
             if time.monotonic() > deadline:
-                raise SimulationError(f"the firmware did not start in time; it said: {text[-200:]!r}")
+                raise SimulationError(f"the firmware did not start in time; it printed: {text[-200:]!r}")
             try:
                 received = console.recv(4096)
             except TimeoutError:

@@ -3,4 +3,4 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""The tables and figures of the thesis that this project follows up, each with its counterpart, measured."""
+"""Counterparts of the tables and figures of the thesis that this project builds on, measured."""

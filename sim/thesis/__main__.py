@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Writes docs/thesis.md and its pictures: measures what has not been measured yet."""
+"""Writes docs/thesis.md and its pictures; results that are not stored yet are measured first."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ DOCUMENT = PACKAGE_DIR / "docs" / "thesis.md"
 
 
 def main() -> int:
-    """Write the page; returns the exit status."""
+    """Write the page; return the exit status."""
     scale = Scale()
     try:
-        data_key()  # Before an hour of work.
+        data_key()  # Missing pairs are an error now, not after an hour of work.
         with rich.progress.Progress(rich.progress.TextColumn("{task.description}"), rich.progress.BarColumn(),
                                     rich.progress.MofNCompleteColumn(), rich.progress.TimeElapsedColumn(),
                                     console=rich.console.Console(stderr=True)) as bar:

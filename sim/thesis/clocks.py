@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Tables 5.5 and 5.6 and figure 5.2: clocks of an image pair, and what they make of frame rates."""
+"""Tables 5.5 and 5.6 and figure 5.2: clocks of an image pair, and the frame rates that follow from them."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from .section import Section
 
 Row = dict[str, Any]
 
-#: Frames whose map is compared with the model's: those of the tables and smaller ones. The model is slow.
+#: Largest frame, in pixels, whose map is compared with that of the model, which is slow.
 CHECKED_PIXELS = 640*480
 
 
@@ -36,7 +36,7 @@ class WrongMap(RuntimeError):
 
 
 def cosim_clocks(scale: Scale, preset: Preset, sizes: Sequence[tuple[int, int]]) -> list[int]:
-    """Clocks from the first pixel pair in to the last pixel of the map out, of frames of these widths and heights.
+    """Return the clocks from the first pixel pair in to the last pixel of the map out, for each width and height.
 
     Raises
     ------
@@ -48,7 +48,7 @@ def cosim_clocks(scale: Scale, preset: Preset, sizes: Sequence[tuple[int, int]])
     found    = []
     for width, height in sizes:
         left, right = (pattern(width, height, seed) for seed in (LEFT_SEED, RIGHT_SEED))
-        matcher.core.reset()  # Right behind a frame the next one waits a clock longer.
+        matcher.core.reset()  # Immediately after a frame the next one waits a clock longer.
         disparity, clocks, _ = matcher.match_settings(left, right, settings)
         if width*height <= CHECKED_PIXELS and not np.array_equal(disparity, stereo_bm(left, right, settings)):
             raise WrongMap(f"the map of {preset.name} at {width}x{height} is not the model's")
@@ -58,13 +58,13 @@ def cosim_clocks(scale: Scale, preset: Preset, sizes: Sequence[tuple[int, int]])
 
 
 def fits_system(scale: Scale, preset: Preset) -> bool:
-    """Whether the matcher of the simulated SoC, which has all stages, is large enough for a preset."""
+    """Return whether the matcher of the simulated SoC, which has all stages, is large enough for a preset."""
     return (scale.width <= MATCHER["max_width"] and preset.disparities <= MATCHER["disparities"]
             and preset.block_size <= MATCHER["max_block_size"])
 
 
 def system_clocks(device: Device, scale: Scale, preset: Preset) -> int:
-    """Clocks of a frame from memory to memory on a device; raises WrongMap if the map is not the model's."""
+    """Return the clocks of a frame from memory to memory on a device; raise WrongMap if its map is wrong."""
     settings    = preset.settings()
     left, right = (pattern(scale.width, scale.height, seed) for seed in (LEFT_SEED, RIGHT_SEED))
     result      = device.compute(left, right, MatcherSettings(**asdict(settings)))
@@ -76,7 +76,7 @@ def system_clocks(device: Device, scale: Scale, preset: Preset) -> int:
 # Table 5.5 ----------------------------------------------------------------------------------------
 
 def measure_clocks(scale: Scale, folder: Path) -> list[Row]:
-    """Clocks of the matcher alone, and from memory to memory in the full system."""
+    """Measure the clocks of the matcher alone, and from memory to memory in the full system."""
     rows = []
     for preset in scale.presets:
         (clocks,) = cosim_clocks(scale, preset, [(scale.width, scale.height)])
@@ -90,7 +90,7 @@ def measure_clocks(scale: Scale, folder: Path) -> list[Row]:
 
 
 def clock_fields(result: list[Row]) -> dict[str, object]:
-    """Fields of table 5.5."""
+    """Return the fields of table 5.5."""
     names  = {"clocks": "matcher alone", "system": "full system"}
     header = ["configuration", *(f"{name}, clocks" for name in names.values()),
               *(f"{name}, clocks per pixel" for name in names.values())]
@@ -103,7 +103,7 @@ def clock_fields(result: list[Row]) -> dict[str, object]:
 # Table 5.6 and figure 5.2 -------------------------------------------------------------------------
 
 def measure_rates(scale: Scale, folder: Path) -> dict[str, Any]:
-    """Clocks of frames of many sizes, the clock that a preset reaches, and the plot."""
+    """Measure the clocks of frames of many sizes and the clock that each preset reaches, and draw the plot."""
     rows   = []
     curves = []
     for preset in scale.presets:
@@ -123,7 +123,7 @@ def measure_rates(scale: Scale, folder: Path) -> dict[str, Any]:
 
 
 def rate_fields(result: dict[str, Any]) -> dict[str, object]:
-    """Fields of table 5.6."""
+    """Return the fields of table 5.6."""
     mhz, frame = result["clock_mhz"], result["frame"]
     header = ["configuration", "frames per second in the thesis", f"at {mhz} MHz", "clock on the ECP5, MHz",
               "frames per second at it", "clock that equals the thesis, MHz"]

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""What a core consists of, counted in the design that migen has elaborated."""
+"""Counts operators, registers and memories of a core that migen has elaborated."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from migen.fhdl.visit import NodeVisitor
 
 
 class _Operators(NodeVisitor):
-    """Counts operators, those with a constant apart: they belong to addresses and counters."""
+    """Counts operators, except those with a constant, which belong to addresses and counters."""
     def __init__(self) -> None:
         self.counts: dict[str, int] = {}
 
@@ -29,14 +29,14 @@ class _Operators(NodeVisitor):
 
 @dataclass(frozen=True)
 class Contents:
-    """A core with all that is below it.
+    """Contents of a core with all its submodules.
 
     Parameters
     ----------
     operators
-        How often each operator stands in it, as migen names it, none of them with a constant.
+        Number of uses of each operator, by migen's name, without those with a constant operand.
     register_bits
-        Bits that a clock edge changes.
+        Bits of all registers.
     memories
         Width in bits and depth in words of each memory, by its name.
     """
@@ -45,24 +45,24 @@ class Contents:
     memories:      dict[str, tuple[int, int]]
 
     def count(self, *operators: str) -> int:
-        """Number of these operators."""
+        """Return the number of uses of these operators."""
         return sum(self.operators.get(operator, 0) for operator in operators)
 
     def memory_bits(self, name: str) -> int:
-        """Size of a memory."""
+        """Return the size of a memory in bits."""
         width, depth = self.memories[name]
         return width*depth
 
 
 def contents(core: LiteXModule) -> Contents:
-    """Counts what a core consists of, and elaborates it if need be."""
+    """Elaborate a core, if it is not yet, and count its contents."""
     fragment = core.get_fragment()
     visitor  = _Operators()
     visitor.visit(fragment)
     memories: dict[str, tuple[int, int]] = {}
     for memory in fragment.specials:
         if isinstance(memory, Memory):
-            # Pieces of a name lie side by side.
+            # Memories of the same name are side by side: their widths add up.
             width, depth = memories.get(memory.name_override, (0, memory.depth))
             memories[memory.name_override] = (width + memory.width, depth)
     return Contents(visitor.counts, sum(len(signal) for signal in list_targets(fragment.sync)), memories)

@@ -22,19 +22,19 @@ PAIRS = ("tsukuba", "venus", "cones")
 #: Files of a pair: left and right image, and the true disparities of the left one.
 FILES = ("left.png", "right.png", "disp_left_u16.png")
 
-#: Whose they are, as the terms of the data sets ask.
+#: Credit that the terms of the data sets require.
 CREDIT = ("Tsukuba (images and truth by Y. Ohta, University of Tsukuba) and Venus: D. Scharstein, R. Szeliski: "
           "A taxonomy and evaluation of dense two-frame stereo correspondence algorithms. IJCV 47, 2002. Cones: "
           "D. Scharstein, R. Szeliski: High-accuracy stereo depth maps using structured light. CVPR 2003.")
 
 
 def pair_files(name: str) -> list[Path]:
-    """The files of a pair, in the order of `FILES`.
+    """Return the files of a pair, in the order of `FILES`.
 
     Raises
     ------
     DatasetError
-        LITESTEREO_DATA is not set, or the pair is not there.
+        LITESTEREO_DATA is not set, or a file is missing.
     """
     wanted = f"the folder of the Middlebury pairs {', '.join(PAIRS)}, each a folder with {', '.join(FILES)}"
     folder = os.environ.get("LITESTEREO_DATA")
@@ -48,11 +48,11 @@ def pair_files(name: str) -> list[Path]:
 
 
 def stereo_pair(name: str) -> StereoPair:
-    """A pair in grey, with its truth; raises DatasetError as `pair_files` does."""
+    """Read a pair in grey, with its true disparities; raise DatasetError as `pair_files` does."""
     left, right, truth = pair_files(name)
     return StereoPair(read_grey(left)[0], read_grey(right)[0], read_ground_truth(truth))
 
 
 def data_key() -> str:
-    """Hash of all pairs; raises DatasetError as `pair_files` does."""
+    """Return a hash of all pairs; raise DatasetError as `pair_files` does."""
     return content_key(path.read_bytes() for name in PAIRS for path in pair_files(name))

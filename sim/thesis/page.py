@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""The page: what stands on it, and in which order."""
+"""The page: its header, and the order of its sections."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ commit {commit}.
 
 
 def header(scale: Scale) -> str:
-    """Beginning of the page."""
+    """Return the beginning of the page."""
     def both(values: Iterable[object]) -> str:
         return " and ".join(f"{value} {PUBLISHED}" for value in values)
 
@@ -51,14 +51,14 @@ def header(scale: Scale) -> str:
 
 
 def write(sections: Iterable[tuple[Section, Path]], scale: Scale, document: Path) -> None:
-    """Writes the page from measured sections, with the credit, and copies their pictures to `images/thesis` beside it.
+    """Write the page from measured sections, with the credit, and copy their pictures to `images/thesis` beside it.
 
     Parameters
     ----------
     sections
-        Each with the folder that its `measured` has returned, in the order of the page.
+        In the order of the page, each with the folder that its `measured` has returned.
     scale
-        What they were measured at.
+        Scale of the measurements.
     document
         File to write.
     """

@@ -24,13 +24,13 @@ DPI = 100
 PLOT_SIZE = (7.0, 4.0)
 MAP_WIDTH = 2.4
 
-#: Blue for what is far to red for what is near, black for nothing.
+#: From blue (far) to red (near); black where there is no disparity.
 COLOURS = colormaps["turbo"].with_extremes(bad="black")
 
 
 @dataclass(frozen=True)
 class Curve:
-    """A line of a plot: its name, its points, and whether they are values that others have published."""
+    """A line of a plot: its name, its points, and whether they are values from a publication."""
     name:      str
     x:         Sequence[float]
     y:         Sequence[float]
@@ -38,7 +38,7 @@ class Curve:
 
 
 def plot(path: Path, curves: Sequence[Curve], x_label: str, y_label: str, logarithmic: bool = False) -> None:
-    """Writes curves into one pair of axes; published values are points without a line."""
+    """Plot curves in one pair of axes; published values are points without a line."""
     figure = Figure(PLOT_SIZE, dpi=DPI, layout="constrained")
     axes   = figure.add_subplot()
     for curve in curves:
@@ -57,14 +57,14 @@ def plot(path: Path, curves: Sequence[Curve], x_label: str, y_label: str, logari
 
 
 def maps(path: Path, images: Sequence[tuple[str, NDArray[np.float32]]], largest: float, columns: int) -> None:
-    """Writes disparity maps with their names, `columns` in a row.
+    """Draw disparity maps with their names, `columns` in a row.
 
     Parameters
     ----------
     path
         PNG file.
     images
-        Name, and disparities in pixels (H x W), nan where there is none, which becomes black.
+        Name, and disparities in pixels (float32, H x W), nan where there is none, which becomes black.
     largest
         Disparity of the brightest colour, pixels.
     columns
@@ -83,6 +83,6 @@ def maps(path: Path, images: Sequence[tuple[str, NDArray[np.float32]]], largest:
 
 
 def _save(figure: Figure, path: Path) -> None:
-    """Without the version of matplotlib, so that equal pictures are equal files."""
+    """Save a picture without the version of matplotlib, so that equal pictures are equal files."""
     FigureCanvasAgg(figure)
     figure.savefig(path, metadata={"Software": None})

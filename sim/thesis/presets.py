@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""What is compared: the configurations of the thesis as presets of our matcher, ours, and how much is measured."""
+"""Presets of the matcher (the configurations of the thesis, and ours), and the scale of the measurements."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ from ..models.stereo_bm import StereoSettings
 CITATION = ("D. Citron: Stereo Vision System Module for Low-Cost FPGAs for Autonomous Mobile Robots. Master's thesis, "
             "California Polytechnic State University, San Luis Obispo, 2014")
 
-#: How a value is marked that the thesis gives and nobody here has measured.
+#: Mark of a value that is from the thesis and not measured here.
 PUBLISHED = "(published)"
 
-#: What is built for the sum of absolute differences of grey values alone.
+#: Stages that are built for the sum of absolute differences of grey values alone.
 BARE = ("raw",)
 
 
@@ -38,7 +38,7 @@ class Preset:
     features
         Stages that are built: `BARE` or `OPENCV_FEATURES`.
     published_pixels, published_fps
-        Of a configuration of the thesis: pixels that it works on at once, and frames per second at 640 x 480, by its
+        For a configuration of the thesis: pixels that it processes at once, and frames per second at 640 x 480 by its
         author's simulation; else None.
     """
     disparities:      int
@@ -49,17 +49,17 @@ class Preset:
 
     @property
     def name(self) -> str:
-        """What the tables call it."""
+        """Name of the preset in the tables."""
         stages = "SAD" if self.features == BARE else "all stages"
         return f"{self.block_size}x{self.block_size}, {self.disparities} disparities, {stages}"
 
     @property
     def build(self) -> tuple[int, int, tuple[str, ...]]:
-        """As `soc.synthesis.emit` takes it."""
+        """Arguments of `soc.flow.synthesis.emit`."""
         return self.disparities, self.block_size, self.features
 
     def settings(self) -> StereoSettings:
-        """Settings of a frame that use all that is built."""
+        """Return settings of a frame that use all stages that are built."""
         if self.features == BARE:
             return StereoSettings(self.disparities, self.block_size, prefilter=NO_STAGE.prefilter,
                                   texture_threshold=NO_STAGE.texture_threshold,
@@ -67,7 +67,7 @@ class Preset:
         return StereoSettings(self.disparities, self.block_size, disp12_max_diff=1)
 
     def cosim(self, max_width: int) -> CosimMatcher:
-        """The matcher in Verilator; close it."""
+        """Build the matcher in Verilator; the caller closes it."""
         return CosimMatcher(max_width, self.disparities, self.block_size, self.features)
 
 
@@ -81,7 +81,7 @@ OURS = (Preset(64, 9), Preset(64, 15, OPENCV_FEATURES), Preset(128, 9))
 
 @dataclass(frozen=True)
 class Scale:
-    """How much is measured: all of it for the page, little for a test.
+    """Extent of the measurements: the default for the page, a small one for a test.
 
     Parameters
     ----------
@@ -92,11 +92,11 @@ class Scale:
     sizes
         Widths and heights of the frames of the plot of frame rates.
     block_sizes
-        Block sizes of the tables and curves over them; those below the gateware's smallest are left to the model.
+        Block sizes of the tables and curves over them; the model matches those below the gateware's smallest.
     disparities
         Numbers of disparities of the table over them.
     clock_mhz
-        Clock that is assumed where a number of clocks becomes a time.
+        Clock with which a number of clocks is converted to a time.
     strip_rows
         Rows that the CPU of the SoC matches.
     """
@@ -112,5 +112,5 @@ class Scale:
 
     @property
     def max_width(self) -> int:
-        """Widest frame that the simulated matchers take, pixels."""
+        """Width of the widest frame for the simulated matchers, in pixels."""
         return max(self.width, *(width for width, _ in self.sizes))

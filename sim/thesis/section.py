@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""A section of the page: what is measured, and how it reads. What has been measured is kept in the build folder."""
+"""A section of the page: its measurement and its text. Results of measurements are kept in the build folder."""
 
 from __future__ import annotations
 
@@ -20,31 +20,31 @@ from .presets import Scale
 
 PACKAGE = Path(__file__).resolve().parent
 
-#: What every measurement is of.
+#: Rooms that every measurement depends on.
 MEASURED = ("firmware", "gateware", "soc", "sim/bench", "sim/cores", "sim/models", "sim/socs", "sim/system")
 
-#: Files of this package that every measurement depends on, besides the one that it stands in.
+#: Files of this package that every measurement depends on, in addition to its own module.
 SHARED = ("elaborated.py", "middlebury.py", "pictures.py", "presets.py")
 
 
 @dataclass(frozen=True)
 class Section:
-    """One table or figure of the thesis, and what answers it.
+    """The counterpart of one table or figure of the thesis.
 
     Parameters
     ----------
     label
-        What the thesis calls it: "Table 5.1".
+        Its name in the thesis: "Table 5.1".
     title
-        What it is about.
+        Its subject.
     text
-        Markdown with fields in braces for everything that is a number.
+        Markdown with a field in braces for every number.
     measure
-        Measures at a scale and returns what JSON can hold; pictures go into the folder that it is given.
+        Function that measures at a scale, writes pictures to a folder, and returns a result for JSON.
     fields
-        The text's fields, from what `measure` has returned.
+        Function that returns the text's fields from the result of `measure`.
     needs_pairs
-        Whether it looks at the Middlebury pairs.
+        Whether it uses the Middlebury pairs.
     uses
         Further files of this package that it depends on.
     """
@@ -62,7 +62,7 @@ class Section:
         return self.label.lower().replace(" ", "-").replace(".", "-")
 
     def measured(self, scale: Scale) -> Path:
-        """Folder with `result.json` and pictures; measured once for each content."""
+        """Return the folder with `result.json` and pictures; measure once for each content."""
         module  = Path(self.measure.__code__.co_filename)
         key     = content_key([repr(scale), module.read_bytes(),
                                *((PACKAGE / name).read_bytes() for name in (*SHARED, *self.uses)),
@@ -75,6 +75,6 @@ class Section:
         return built_once(build_directory() / "thesis" / f"{self.name}-{key}", build)
 
     def markdown(self, folder: Path) -> str:
-        """The section as the page has it, from the folder that `measured` has returned."""
+        """Return the section's Markdown, from the folder that `measured` has returned."""
         fields = self.fields(json.loads((folder / "result.json").read_text()))
         return f"## {self.label}: {self.title}\n\n{self.text.format(**fields).strip()}\n"

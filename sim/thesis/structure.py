@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Tables 5.1 to 5.3: what the design holds and consists of, counted in what migen has elaborated."""
+"""Tables 5.1 to 5.3: memories, registers and operators of the design, counted after migen's elaboration."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ Counts = dict[str, Any]
 
 
 def held_at_once(block_size: int, pixels: int, disparities: int) -> int:
-    """Pixels of both images under `pixels` neighbouring blocks of a row and all their rivals: what a window holds."""
+    """Return the pixels that a window holds: both images under `pixels` neighbouring blocks, at all disparities."""
     columns = block_size + pixels - 1
     return block_size*(columns + columns + disparities - 1)
 
 
 def counts(width: int, preset: Preset) -> Counts:
-    """What a build holds and consists of."""
+    """Return the sizes of memories and the numbers of operators and registers of a build."""
     parameters = MatcherParameters(max_width=width, disparities=preset.disparities, max_block_size=preset.block_size,
                                    features=preset.features)
     matcher    = Matcher(width, disparities=preset.disparities, max_block_size=preset.block_size,
@@ -57,12 +57,12 @@ def counts(width: int, preset: Preset) -> Counts:
 # Table 5.1 ----------------------------------------------------------------------------------------
 
 def at_once() -> list[int]:
-    """Pixels at once that the tables are over: one, and those of the thesis."""
+    """Return the numbers of pixels at once in the tables: one, and those of the thesis."""
     return sorted({1, *(preset.published_pixels or 1 for preset in THESIS)})
 
 
 def measure_pixels(scale: Scale, folder: Path) -> list[Counts]:
-    """Counts over the block sizes that can be built, for the fewest disparities."""
+    """Return the counts over the block sizes that can be built, for the fewest disparities."""
     fewest = min(scale.disparities)
     return [counts(scale.width, Preset(fewest, size)) | {
         "window": [held_at_once(size, pixels, fewest) for pixels in at_once()], "width": scale.width}
@@ -70,7 +70,7 @@ def measure_pixels(scale: Scale, folder: Path) -> list[Counts]:
 
 
 def pixel_fields(result: list[Counts]) -> dict[str, object]:
-    """Fields of table 5.1."""
+    """Return the fields of table 5.1."""
     header = ["block", *(f"window, {pixels} at once: pixels" for pixels in at_once()), "line buffer: pixels",
               "column sums: bits", "block columns: bits", "registers: bits"]
     rows   = [[f"{row['block_size']}x{row['block_size']}", *row["window"], row["line_pixels"], row["column_sum_bits"],
@@ -81,12 +81,12 @@ def pixel_fields(result: list[Counts]) -> dict[str, object]:
 # Tables 5.2 and 5.3 -------------------------------------------------------------------------------
 
 def measure_disparities(scale: Scale, folder: Path) -> list[Counts]:
-    """Counts over the disparities, for the block of the thesis' first configuration."""
+    """Return the counts over the disparities, for the block of the thesis' first configuration."""
     return [counts(scale.width, Preset(disparities, scale.presets[0].block_size)) for disparities in scale.disparities]
 
 
 def disparity_fields(result: list[Counts]) -> dict[str, object]:
-    """Fields of table 5.2."""
+    """Return the fields of table 5.2."""
     header = ["disparities", "SAD units", "comparators", "absolute differences", "additions and subtractions",
               "absolute differences if each block were summed anew"]
     rows   = [[row["disparities"], row["sad_units"], row["comparators"], row["absolute_differences"], row["additions"],
@@ -95,7 +95,7 @@ def disparity_fields(result: list[Counts]) -> dict[str, object]:
 
 
 def measure_parallel(scale: Scale, folder: Path) -> list[Counts]:
-    """Counts of every preset."""
+    """Return the counts of every preset."""
     return [counts(scale.width, preset) for preset in scale.presets]
 
 

@@ -38,11 +38,11 @@ class Surface:
 
 @dataclass(frozen=True, eq=False)
 class Camera:
-    """A camera at `place` (3, metres) whose axes are the columns of `turn`, 3 x 3, in those of the world."""
+    """A camera at `place` (3, metres) whose axes are the columns of `rotation`, 3 x 3, in those of the world."""
 
     matrix:     Vector
     distortion: Vector
-    turn:       Vector
+    rotation:   Vector
     place:      Vector
     rays:       Vector = field(init=False)
 
@@ -50,7 +50,7 @@ class Camera:
         steps  = (np.arange(WIDTH*_RAYS) + 0.5)/_RAYS - 0.5, (np.arange(HEIGHT*_RAYS) + 0.5)/_RAYS - 0.5
         pixels = np.stack(np.meshgrid(*steps), -1).reshape(-1, 1, 2)
         plane  = cv2.undistortPoints(pixels, self.matrix, self.distortion).reshape(-1, 2)
-        rays   = np.column_stack([plane, np.ones(len(plane))]) @ self.turn.T
+        rays   = np.column_stack([plane, np.ones(len(plane))]) @ self.rotation.T
         object.__setattr__(self, "rays", rays)
 
     def image(self, surfaces: list[Surface]) -> NDArray[np.uint8]:
@@ -84,20 +84,20 @@ def trace(place: Vector, rays: Vector, surfaces: list[Surface]) -> tuple[NDArray
 
 @functools.cache
 def cameras() -> tuple[Camera, Camera]:
-    """The pair: the right camera is turned a little, and its lens is another one."""
-    turn  = cv2.Rodrigues(np.radians([0.4, -0.9, 0.3]))[0]
-    left  = np.array([[FOCAL_PX, 0, 243.0], [0, FOCAL_PX + 1, 176.0], [0, 0, 1]])
-    right = np.array([[FOCAL_PX + 3, 0, 236.0], [0, FOCAL_PX + 2, 182.0], [0, 0, 1]])
+    """The pair: the right camera is rotated a little, and its lens is another one."""
+    rotation = cv2.Rodrigues(np.radians([0.4, -0.9, 0.3]))[0]
+    left     = np.array([[FOCAL_PX, 0, 243.0], [0, FOCAL_PX + 1, 176.0], [0, 0, 1]])
+    right    = np.array([[FOCAL_PX + 3, 0, 236.0], [0, FOCAL_PX + 2, 182.0], [0, 0, 1]])
     return (Camera(left, np.array([-0.18, 0.06, 0.0008, -0.0005, 0.0]), np.eye(3), np.zeros(3)),
-            Camera(right, np.array([-0.15, 0.04, -0.0006, 0.0007, 0.0]), turn,
+            Camera(right, np.array([-0.15, 0.04, -0.0006, 0.0007, 0.0]), rotation,
                    np.array([BASELINE_M, 0.0, 0.0])))
 
 
 def flat(picture: NDArray[np.uint8], width_m: float, middle: Vector, degrees: Vector) -> Surface:
-    """A surface around `middle` that is turned by `degrees` about the three axes; its height is the picture's."""
-    turn   = cv2.Rodrigues(np.radians(degrees))[0]
-    across = turn @ np.array([width_m, 0, 0])
-    down   = turn @ np.array([0, width_m*picture.shape[0]/picture.shape[1], 0])
+    """A surface around `middle` that is rotated by `degrees` about the three axes; its height is the picture's."""
+    rotation = cv2.Rodrigues(np.radians(degrees))[0]
+    across   = rotation @ np.array([width_m, 0, 0])
+    down     = rotation @ np.array([0, width_m*picture.shape[0]/picture.shape[1], 0])
     return Surface(np.asarray(middle, np.float64) - across/2 - down/2, across, down, picture)
 
 
@@ -109,7 +109,7 @@ def chessboard(columns: int = 9, rows: int = 6, square_px: int = 24) -> NDArray[
 
 
 def board_places(rng: np.random.Generator, count: int) -> list[tuple[Vector, Vector]]:
-    """Middles (metres) and turns (degrees) of a board that both cameras see all of, in all parts of their images."""
+    """Centres (metres) and rotations (degrees) of a board that both cameras see wholly, in all parts of their images."""
     grid = [(x, y) for y in (-0.12, 0.0, 0.12) for x in (-0.12, -0.04, 0.04, 0.12)]
     return [(np.array([BASELINE_M/2 + x, y, rng.uniform(0.52, 0.68)]), rng.uniform((-28, -28, -12), (28, 28, 12)))
             for x, y in (grid*count)[:count]]

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Where pairs of images come from: folders, video files and cameras."""
+"""Sources of pairs of images: folders, video files and cameras."""
 
 from .base import Shot, Source
 from .opening import EXAMPLES, open_source

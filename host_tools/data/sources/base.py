@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""What every source of pairs can do."""
+"""The interface of all sources of pairs."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Shot:
-    """A pair of images (uint8, H x W) with its name, and when it was taken, by this host's `time.monotonic`."""
+    """A pair of images (uint8, H x W), its name, and when it was taken, in seconds of this host's `time.monotonic`."""
 
     name:       str
     left:       NDArray[np.uint8]
@@ -41,25 +41,25 @@ class Shot:
 
 
 class Source(abc.ABC):
-    """Pairs of grey images one after the other. Use it as a context manager, or `close` it.
+    """A sequence of pairs of grey images. Use it as a context manager, or `close` it.
 
-    `length` is the number of pairs, None if nobody knows.
+    `length` is the number of pairs, None if it is unknown.
     """
 
     length: int | None = None
 
     @abc.abstractmethod
     def __iter__(self) -> Iterator[Shot]:
-        """The pairs; each is taken when it is asked for.
+        """Iterate over the pairs; each is taken when the iterator is advanced.
 
         Raises
         ------
         ImageError
-            A file is damaged, images of a pair differ in size, or a camera gives no more.
+            A file is damaged, the images of a pair differ in size, or a camera delivers no frame.
         """
 
-    def close(self) -> None:  # noqa: B027 - sources that hold nothing need none
-        """Lets go of files and cameras; closing twice does no harm."""
+    def close(self) -> None:  # noqa: B027 - sources that hold nothing do not override it
+        """Release files and cameras; a second call has no effect."""
 
     def __enter__(self) -> Self:
         return self
@@ -70,14 +70,14 @@ class Source(abc.ABC):
 
 
 def grey(frame: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """A frame of a video (uint8, H x W x 3 or H x W) as luma: uint8, H x W."""
+    """Convert an image of a video (uint8, H x W x 3 or H x W) to luma: uint8, H x W."""
     if frame.ndim == 3 and frame.shape[2] == 1:
         frame = frame[:, :, 0]
     return frame if frame.ndim == 2 else np.asarray(cv2.cvtColor(frame, cv2.COLOR_BGR2GRAY), np.uint8)
 
 
 def halves(frame: NDArray[np.uint8], name: str) -> Pair:
-    """Left and right half of a grey frame that holds both images; raises ImageError if its width is odd."""
+    """Split a grey image (uint8, H x 2W) of both cameras into left and right; raise ImageError if its width is odd."""
     width = frame.shape[1]
     if width % 2:
         raise ImageError(f"{name}: frames {width} pixels wide are no two images side by side")
@@ -85,7 +85,7 @@ def halves(frame: NDArray[np.uint8], name: str) -> Pair:
 
 
 def shot(name: str, pair: Pair, taken_at_s: float | None = None) -> Shot:
-    """A checked pair; raises ImageError, with its name, if the images differ in size."""
+    """Build a shot of a pair that is checked; raise ImageError, with its name, if the images differ in size."""
     try:
         check_pair(*pair)
     except ImageError as error:

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Pairs of image files: two files, or folders whose files pair up by their names."""
+"""Pairs of image files: two files, or folders whose files match by their names."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from ...core.errors import ImageError
 from ...core.images import read_grey
 from .base import Shot, Source, shot
 
-#: Endings of image files, in small letters.
+#: Endings of image files, in lower case.
 _ENDINGS = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".pgm", ".ppm", ".webp")
 
-#: What tells left from right in a file's name.
+#: The part of a file's name that differs between left and right.
 _SIDE = re.compile(r"left|right", re.IGNORECASE)
 
 
@@ -42,7 +42,7 @@ def _images(folder: Path) -> list[Path]:
 
 
 def _key(path: Path) -> str:
-    """What the names of a pair's files have in common: "left_07.png" and "right_07.jpg" have "_07"."""
+    """Return the common part of the names of a pair's files: "_07" of "left_07.png" and "right_07.jpg"."""
     return _SIDE.sub("", path.stem)
 
 
@@ -53,20 +53,20 @@ def _pairs(left: list[Path], right: list[Path], where: str) -> list[PairFiles]:
     alone  = {*map(_key, left)} ^ by_key.keys()
     if alone:
         lone = next(path for path in [*left, *right] if _key(path) in alone)
-        raise ImageError(f"{lone}: has no partner by its name, and {len(alone) - 1} more like it: the files of a pair "
-                         "are named alike, but for left and right")
+        raise ImageError(f"{lone}: has no partner by its name, nor have {len(alone) - 1} others: the files of a "
+                         "pair have the same name except for left and right")
     if not pairs:
         raise ImageError(f"{where}: no pairs of images there")
     return pairs
 
 
 def pair_files(left: Path, right: Path) -> list[PairFiles]:
-    """Pairs of two folders; raises ImageError if there are none, or a file has no partner."""
+    """Find the pairs of two folders; raise ImageError if there are none, or a file has no partner."""
     return _pairs(_images(left), _images(right), f"{left} and {right}")
 
 
 def pair_files_of_one(folder: Path) -> list[PairFiles]:
-    """Pairs of one folder: of its folders `left` and `right`, or of files with left and right in their names.
+    """Find the pairs of one folder: in its folders `left` and `right`, or by left and right in the files' names.
 
     Raises
     ------
@@ -81,7 +81,7 @@ def pair_files_of_one(folder: Path) -> list[PairFiles]:
 
 
 class FileSource(Source):
-    """Pairs in image files, once around."""
+    """Pairs in image files, each once."""
 
     def __init__(self, files: list[PairFiles]) -> None:
         self._files = files

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Sources by what they are called on the command line."""
+"""Opens sources by their names on the command line."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from .video import VideoSource
 
 _CAMERA = "camera:"
 
-#: Endings of image files are told from those of videos by this; in small letters.
+#: Endings of video files, in lower case; all others are images.
 _VIDEOS = (".avi", ".mp4", ".mkv", ".mov", ".m4v", ".webm", ".mpg", ".mpeg", ".mjpeg", ".ts")
 
-#: Sources as they are written, and what they are.
+#: Examples of names, and what they mean.
 EXAMPLES = {
-    "left/ right/":       "two folders, whose files pair up by their names",
+    "left/ right/":       "two folders, whose files match by their names",
     "pairs/":             "a folder with left/ and right/, or with left and right in its files' names",
     "left.png right.png": "one pair of images",
     "left.avi right.avi": "two videos",
@@ -32,14 +32,14 @@ EXAMPLES = {
 
 
 def open_source(names: list[str]) -> Source:
-    """The source called `names`, one or two of them; see `EXAMPLES`.
+    """Open the source with one or two names; see `EXAMPLES`.
 
     Raises
     ------
     UsageError
-        The names do not go together, or a camera's number is none.
+        The names do not fit each other, or a camera's number is not a number.
     ImageError
-        There is nothing at one of them, or it cannot be read.
+        A file or folder is missing, or cannot be read.
     """
     if not 1 <= len(names) <= 2:
         raise UsageError(f"a source has one or two names, not {len(names)}")
@@ -62,7 +62,7 @@ def open_source(names: list[str]) -> Source:
 
 
 def _place(name: str) -> Path | int:
-    """A file or folder, or the number of a camera; raises UsageError if that is no number."""
+    """Return a path, or the number of a camera; raise UsageError if it is not a number."""
     if not name.startswith(_CAMERA):
         return Path(name)
     number = name.removeprefix(_CAMERA)

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Pairs from video files and cameras, by OpenCV."""
+"""Pairs from video files and cameras, read with OpenCV."""
 
 from __future__ import annotations
 
@@ -20,22 +20,22 @@ from ...core.errors import ImageError
 from ...core.images import quiet_stderr
 from .base import Shot, Source, grey, halves, shot
 
-#: A camera that keeps no queue gives the newest frame.
+#: Images that a camera's driver queues: with one the newest image is read.
 _CAMERA_BUFFERS = 1
 
 
 class VideoSource(Source):
-    """Pairs from one video that shows both images side by side, or from one for each camera.
+    """Pairs from one video with both images side by side, or from two videos.
 
     Parameters
     ----------
     inputs
-        Files, or numbers of cameras as OpenCV counts them; one with both images, or left and right.
+        Files, or OpenCV's numbers of cameras: one with both images, or left and right.
 
     Raises
     ------
     ImageError
-        One cannot be opened.
+        An input cannot be opened.
     """
 
     def __init__(self, inputs: list[Path | int]) -> None:
@@ -51,7 +51,7 @@ class VideoSource(Source):
         self.length = None if self.live else self._frames()
 
     def _frames(self) -> int | None:
-        """Number of frames that the files say they have, None if they do not."""
+        """Return the number of images by the headers of the files, None if they have no number."""
         counts = [int(capture.get(cv2.CAP_PROP_FRAME_COUNT)) for capture in self._captures]
         return min(counts) if min(counts) > 0 else None
 
@@ -67,8 +67,8 @@ class VideoSource(Source):
             raise ImageError(f"{name_of(self._inputs[0])}: has no frames that can be read")
 
     def _take(self) -> tuple[list[NDArray[np.uint8]], float] | None:
-        """The next frame of each, and when they were taken; None at the end."""
-        # All are grabbed before any is decoded, so that both cameras' frames are of one moment.
+        """Read the next image of each input; return them and when they were taken, None at the end."""
+        # All are grabbed before any is decoded, so that both cameras' images are of the same moment.
         with quiet_stderr():
             grabbed = [capture.grab() for capture in self._captures]
             at_s    = time.monotonic()
@@ -81,23 +81,23 @@ class VideoSource(Source):
         return [grey(np.asarray(frame, np.uint8)) for _, frame in frames], at_s
 
     def close(self) -> None:
-        """Lets go of the files and cameras."""
+        """Release the files and cameras."""
         for capture in self._captures:
             capture.release()
 
 
 def name_of(place: Path | int) -> str:
-    """An input as it is named on the command line."""
+    """Return the name of an input on the command line."""
     return f"camera:{place}" if isinstance(place, int) else str(place)
 
 
 def _open(capture: cv2.VideoCapture, place: Path | int) -> None:
-    """Opens a capture; raises ImageError if that cannot be."""
+    """Open a capture; raise ImageError if it cannot be opened."""
     opened = False
     with quiet_stderr(), contextlib.suppress(cv2.error):
         opened = capture.open(place if isinstance(place, int) else str(place))
     if not opened and isinstance(place, int):
-        raise ImageError(f"camera:{place}: cannot be opened: is it plugged in, and used by nobody else?")
+        raise ImageError(f"camera:{place}: cannot be opened: is it plugged in, and not used by another program?")
     if not opened:
         raise ImageError(f"{place}: is not a video that OpenCV can read")
     if isinstance(place, int):

@@ -48,11 +48,11 @@ def test_a_chessboard_found_upside_down():
         points_m = board.points_m
 
         def __init__(self):
-            self.turn = False
+            self.reversed = False
 
         def find(self, image):
-            found, self.turn = board.find(image), not self.turn
-            return type(found)(found.ids, found.pixels[::-1] if self.turn else found.pixels)
+            found, self.reversed = board.find(image), not self.reversed
+            return type(found)(found.ids, found.pixels[::-1] if self.reversed else found.pixels)
 
     pair = find_board("", picture, picture, Turned())
     assert np.array_equal(pair.left_px, pair.right_px)
@@ -80,7 +80,7 @@ def pairs():
     placed = []
     for number, (middle, degrees) in enumerate(rig.board_places(generator(124), PAIRS)):
         there = (points - points.mean(axis=0)) @ cv2.Rodrigues(np.radians(degrees))[0].T + middle
-        seen  = [cv2.projectPoints((there - camera.place) @ camera.turn, np.zeros(3), np.zeros(3), camera.matrix,
+        seen  = [cv2.projectPoints((there - camera.place) @ camera.rotation, np.zeros(3), np.zeros(3), camera.matrix,
                                    camera.distortion)[0].reshape(-1, 2).astype(np.float32) for camera in rig.cameras()]
         placed.append(BoardPair(f"{number:02}", points, *seen))
     return placed

@@ -129,8 +129,8 @@ def true_depth(rectifier, scene):
     rays          = np.stack([(columns - geometry.cx_left_px)/geometry.focal_px,
                               (rows - geometry.cy_px)/geometry.focal_px, np.ones(rows.shape)], -1).reshape(-1, 3)
     left          = rig.cameras()[0]
-    turned        = rays @ rectifier.cameras[0].rectification @ left.turn.T
-    return rig.trace(left.place, turned, scene)[1].reshape(rows.shape).astype(np.float32)
+    rotated       = rays @ rectifier.cameras[0].rectification @ left.rotation.T
+    return rig.trace(left.place, rotated, scene)[1].reshape(rows.shape).astype(np.float32)
 
 
 def test_rectified_rows_are_the_same_rows(calibration, boards, tmp_path, capfd):
