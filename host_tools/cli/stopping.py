@@ -15,7 +15,7 @@ from types import FrameType
 
 
 class Stop:
-    """Whether Ctrl-C has been pressed."""
+    """Flag that Ctrl-C has been pressed; calling it returns the flag."""
 
     def __init__(self) -> None:
         self.requested = False

@@ -63,7 +63,7 @@ class StereoGeometry:
     def q(self) -> NDArray[np.float64]:
         """Return the reprojection matrix Q, float64, 4 x 4, as `cv2.stereoRectify` returns it.
 
-        `cv2.reprojectImageTo3D` turns disparities in pixels into points in metres with it.
+        `cv2.reprojectImageTo3D` converts disparities in pixels to points in metres with it.
         """
         return np.array([
             [1, 0, 0, -self.cx_left_px],

@@ -134,7 +134,7 @@ class StreamCore(VerilatedCore):
         self.reset()
 
     def reset(self) -> None:
-        """One clock of reset."""
+        """Hold the reset for one clock."""
         self._library.core_reset(self._core)
 
     def set(self, **settings: int) -> None:
@@ -143,7 +143,7 @@ class StreamCore(VerilatedCore):
             self._library.core_set(self._core, self.settings.index(name), value)
 
     def get(self, name: str) -> int:
-        """A status, by name."""
+        """Return a status, by name."""
         return int(self._library.core_get(self._core, self.status.index(name)))
 
     def run(self, words: NDArray[np.uint32], outputs: int, *, first: NDArray[np.bool_] | None = None,

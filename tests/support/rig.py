@@ -109,7 +109,7 @@ def chessboard(columns: int = 9, rows: int = 6, square_px: int = 24) -> NDArray[
 
 
 def board_places(rng: np.random.Generator, count: int) -> list[tuple[Vector, Vector]]:
-    """Centres (metres) and rotations (degrees) of a board that both cameras see wholly, in all parts of their images."""
+    """Centres (metres) and rotations (degrees) of a board that both cameras see wholly, all over their images."""
     grid = [(x, y) for y in (-0.12, 0.0, 0.12) for x in (-0.12, -0.04, 0.04, 0.12)]
     return [(np.array([BASELINE_M/2 + x, y, rng.uniform(0.52, 0.68)]), rng.uniform((-28, -28, -12), (28, 28, 12)))
             for x, y in (grid*count)[:count]]
