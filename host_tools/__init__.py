@@ -1,7 +1,7 @@
-"""Host side of LiteStereo: devices, link protocol, images, metrics and the `litestereo` command.
+"""Host side of LiteStereo: the public names of the host tools.
 
-The names below can be imported from here; each loads its module when it is first used, so that
-`import litestereo.host_tools` itself costs nothing.
+Programs import from here alone; the modules below are not a stable interface. Each name loads its module when it is
+first used, so `import litestereo.host_tools` itself loads no other package. The command is `litestereo`, in `cli`.
 """
 
 from __future__ import annotations
@@ -12,40 +12,87 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from .cameras.rectify import Rectifier, read_calibration
-    from .core.errors import LiteStereoError
+    from .core.errors import (
+        DatasetError,
+        DeviceError,
+        DeviceRefused,
+        FirmwareError,
+        GeometryError,
+        ImageError,
+        LinkTimeout,
+        LiteStereoError,
+        MissingExtraError,
+        ProtocolError,
+        SessionLost,
+        SettingsError,
+        UnsupportedError,
+        UpdateFailed,
+        UrlError,
+        UsageError,
+        ViewerError,
+        WorkerError,
+    )
+    from .core.features import Feature
     from .core.geometry import StereoGeometry
     from .core.images import disparity_pixels, read_grey, write_disparity
     from .core.settings import MatcherSettings
     from .core.speckle import SpeckleFilter
-    from .data.sources import open_source
+    from .data.ground_truth import read_ground_truth
+    from .data.sources import Shot, Source, open_source
     from .devices.base import Device, DeviceInfo, Result
     from .devices.connect import connect
     from .devices.stereo_bm import StereoBM, StereoBM_create
+    from .evaluation.metrics import measure_map
     from .link.settings import LinkSettings
 
-__all__ = ["Device", "DeviceInfo", "LinkSettings", "LiteStereoError", "MatcherSettings", "Rectifier", "Result",
-           "SpeckleFilter", "StereoBM", "StereoBM_create", "StereoGeometry", "connect", "disparity_pixels",
-           "open_source", "read_calibration", "read_grey", "write_disparity"]
+__all__ = ["DatasetError", "Device", "DeviceError", "DeviceInfo", "DeviceRefused", "Feature", "FirmwareError",
+           "GeometryError", "ImageError", "LinkSettings", "LinkTimeout", "LiteStereoError", "MatcherSettings",
+           "MissingExtraError", "ProtocolError", "Rectifier", "Result", "SessionLost", "SettingsError", "Shot",
+           "Source", "SpeckleFilter", "StereoBM", "StereoBM_create", "StereoGeometry", "UnsupportedError",
+           "UpdateFailed", "UrlError", "UsageError", "ViewerError", "WorkerError", "connect", "disparity_pixels",
+           "measure_map", "open_source", "read_calibration", "read_grey", "read_ground_truth", "write_disparity"]
 
 #: Modules of the names.
 _MODULES = {
-    "Device":           "devices.base",
-    "DeviceInfo":       "devices.base",
-    "LinkSettings":     "link.settings",
-    "LiteStereoError":  "core.errors",
-    "MatcherSettings":  "core.settings",
-    "Rectifier":        "cameras.rectify",
-    "Result":           "devices.base",
-    "SpeckleFilter":    "core.speckle",
-    "StereoBM":         "devices.stereo_bm",
-    "StereoBM_create":  "devices.stereo_bm",
-    "StereoGeometry":   "core.geometry",
-    "connect":          "devices.connect",
-    "disparity_pixels": "core.images",
-    "open_source":      "data.sources",
-    "read_calibration": "cameras.rectify",
-    "read_grey":        "core.images",
-    "write_disparity":  "core.images",
+    "DatasetError":      "core.errors",
+    "Device":            "devices.base",
+    "DeviceError":       "core.errors",
+    "DeviceInfo":        "devices.base",
+    "DeviceRefused":     "core.errors",
+    "Feature":           "core.features",
+    "FirmwareError":     "core.errors",
+    "GeometryError":     "core.errors",
+    "ImageError":        "core.errors",
+    "LinkSettings":      "link.settings",
+    "LinkTimeout":       "core.errors",
+    "LiteStereoError":   "core.errors",
+    "MatcherSettings":   "core.settings",
+    "MissingExtraError": "core.errors",
+    "ProtocolError":     "core.errors",
+    "Rectifier":         "cameras.rectify",
+    "Result":            "devices.base",
+    "SessionLost":       "core.errors",
+    "SettingsError":     "core.errors",
+    "Shot":              "data.sources",
+    "Source":            "data.sources",
+    "SpeckleFilter":     "core.speckle",
+    "StereoBM":          "devices.stereo_bm",
+    "StereoBM_create":   "devices.stereo_bm",
+    "StereoGeometry":    "core.geometry",
+    "UnsupportedError":  "core.errors",
+    "UpdateFailed":      "core.errors",
+    "UrlError":          "core.errors",
+    "UsageError":        "core.errors",
+    "ViewerError":       "core.errors",
+    "WorkerError":       "core.errors",
+    "connect":           "devices.connect",
+    "disparity_pixels":  "core.images",
+    "measure_map":       "evaluation.metrics",
+    "open_source":       "data.sources",
+    "read_calibration":  "cameras.rectify",
+    "read_grey":         "core.images",
+    "read_ground_truth": "data.ground_truth",
+    "write_disparity":   "core.images",
 }
 
 

@@ -5,11 +5,13 @@
 
 """The names that programs import, the program in the README, and devices that several threads use."""
 
+import ast
 import re
 import subprocess
 import sys
 import threading
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -18,6 +20,7 @@ import pytest
 import litestereo.host_tools as api
 from litestereo.host_tools.cameras.camera_info import ideal_cameras, write_camera_info
 from litestereo.host_tools.cameras.rectify import FILES
+from litestereo.host_tools.core import errors
 from litestereo.host_tools.core.errors import DeviceError
 from litestereo.host_tools.core.settings import MatcherSettings
 from litestereo.host_tools.devices import base
@@ -60,6 +63,26 @@ def test_every_name_is_there():
     assert api.StereoBM_create(32, device="model:").getNumDisparities() == 32
     with pytest.raises(AttributeError, match="no attribute 'nothing'"):
         _ = api.nothing
+
+
+def test_every_error_is_there():
+    classes = {name for name, value in vars(errors).items() if isinstance(value, type)}
+    assert classes <= set(api.__all__)
+
+
+def test_type_checkers_see_the_same_names():
+    tree   = ast.parse(Path(api.__file__).read_text(encoding="utf-8"))
+    (only,) = (node for node in tree.body if isinstance(node, ast.If))
+    assert {alias.name: node.module for node in only.body for alias in node.names} == api._MODULES
+
+
+def test_documents_import_public_names_alone():
+    """Every import of the host tools in README and documents is from the package itself, of a name in `__all__`."""
+    found = [match for path in (README, *sorted((CHECKOUT / "docs").glob("*.md")))
+             for match in re.findall(r"from litestereo\.host_tools(\S*) import (.+)", path.read_text(encoding="utf-8"))]
+    assert len(found) >= 2
+    for module, names in found:
+        assert module == "" and {name.strip() for name in names.split(",")} <= set(api.__all__)
 
 
 def test_importing_the_package_loads_nothing():
