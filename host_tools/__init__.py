@@ -1,3 +1,8 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
 """Host side of LiteStereo: the public names of the host tools.
 
 Programs import from here alone; the modules below are not a stable interface. Each name loads its module when it is
