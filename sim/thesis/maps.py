@@ -51,11 +51,10 @@ def fields(result: dict[str, Any]) -> dict[str, object]:
 
 
 TEXT = """\
-By the matcher's Verilog in Verilator, beside the truth, whose nearest point has {nearest} pixels of
-disparity: a matcher with fewer disparities cannot find it. A black pixel has no disparity, or an unknown one.
-`all stages` are those of cv2.StereoBM at its defaults, with the left-right check: they reject pixels instead of
-getting them wrong, which lowers the density. Known pixels have a true disparity, valid pixels are known ones with
-a disparity in the map; the mean error is theirs.
+Maps by the matcher's Verilog in Verilator, next to the truth. The nearest point has {nearest} pixels of disparity;
+a matcher with fewer disparities cannot find it. Black pixels have no disparity or an unknown one. `all stages` are
+those of cv2.StereoBM at its defaults, with the left-right check: they refuse doubtful pixels, which lowers the
+density. Known pixels have a true disparity; valid pixels are known ones with a disparity in the map.
 
 ![{name}: truth and maps](images/thesis/{pair}.png)
 
