@@ -46,6 +46,10 @@ examples:
 sources:
 {SOURCES}
 
+rates:
+  rate/recent_frames_per_s  in Rerun: over the last {RECENT_FRAMES} frames
+  frames_per_s              in the summary: over all frames
+
 Shown are left, right and disparity, and with --calibration depth and points in metres. A file is opened with
 `rerun out.rrd`. Ctrl-C ends the stream, with status 0. Rerun is needed for all but --montage:
   {install_command("view")}

@@ -22,7 +22,7 @@ def run(*arguments: object) -> Any:
         return end.code
 
 
-def one_line(capfd: pytest.CaptureFixture[str]) -> str:
+def error_line(capfd: pytest.CaptureFixture[str]) -> str:
     """The one line that a failed command has written."""
     out, err = capfd.readouterr()
     assert out == "", out

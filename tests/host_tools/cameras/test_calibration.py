@@ -17,7 +17,7 @@ from litestereo.host_tools.cameras.find import find_board
 from litestereo.host_tools.cameras.rectify import read_calibration
 from litestereo.host_tools.core.images import read_grey
 from support import rig
-from support.command import one_line, run
+from support.command import error_line, run
 from support.pairs import generator
 
 PAIRS = 12
@@ -188,7 +188,7 @@ def test_mistakes_of_calibrate(boards, tmp_path, capfd):
         ([boards/"left", boards/"right", *common, "--alpha", 2], 2, "from 0 to 1"),
     ):
         assert run("calibrate", *arguments) == status
-        assert text in one_line(capfd)
+        assert text in error_line(capfd)
     assert not (tmp_path/"out").exists()
 
 
@@ -200,10 +200,10 @@ def test_mistakes_of_rectify_and_match(boards, photos, calibration, tmp_path, ca
                                    (calibration, small, "160x90 pixels, the calibration is for 480x360")):
         right = photos[1] if left == photos[0] else small
         assert run("rectify", left, right, "--calibration", calibrated, "-o", tmp_path/"out") == 1
-        assert text in one_line(capfd)
+        assert text in error_line(capfd)
         assert run("match", left, right, "--calibration", calibrated, "-o", tmp_path/"out", "--device", "model:") == 1
-        assert text in one_line(capfd)
+        assert text in error_line(capfd)
     assert run("rectify", boards/"left", photos[1], "--calibration", calibration, "-o", tmp_path/"out") == 1
-    assert "two images, or two folders" in one_line(capfd)
+    assert "two images, or two folders" in error_line(capfd)
     assert run("rectify", *photos, "-o", tmp_path/"out") == 2
-    assert "--calibration" in one_line(capfd)
+    assert "--calibration" in error_line(capfd)

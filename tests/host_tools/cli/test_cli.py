@@ -28,7 +28,7 @@ from litestereo.host_tools.link import link
 from litestereo.host_tools.link.settings import LinkSettings
 from litestereo.host_tools.protocol import payloads
 from litestereo.host_tools.protocol.messages import ErrorCode, Message, MessageType
-from support.command import one_line, run
+from support.command import error_line, run
 from support.data import stereo_folder
 from support.expected import expected_map
 from support.interruptible import interruptible
@@ -189,7 +189,7 @@ def test_a_device_on_a_network(pair, capfd):
         assert run("stats", "--device", there, "--json") == 0
         assert json.loads(capfd.readouterr().out)["chunks_received"] == 12
         assert run("console", "--device", there, "help") == 1
-        assert "serial line" in one_line(capfd)
+        assert "serial line" in error_line(capfd)
 
 
 def test_console(url, capfd):
@@ -265,7 +265,7 @@ def test_help_and_version(arguments, capfd):
 ])
 def test_wrong_usage_is_one_line_and_status_2(arguments, text, capfd):
     assert run(*arguments) == 2
-    assert text in one_line(capfd)
+    assert text in error_line(capfd)
 
 
 # Failures: status 1.
@@ -278,7 +278,7 @@ def test_wrong_usage_is_one_line_and_status_2(arguments, text, capfd):
 ])
 def test_wrong_images_are_one_line_and_status_1(pair, options, text, capfd):
     assert run(*match(pair, **options)) == 1
-    assert text in one_line(capfd)
+    assert text in error_line(capfd)
 
 
 @pytest.mark.parametrize(("options", "text"), [
@@ -287,32 +287,32 @@ def test_wrong_images_are_one_line_and_status_1(pair, options, text, capfd):
 ])
 def test_what_the_device_was_not_built_for(pair, url, options, text, capfd):
     assert run(*match(pair, *options, device=url)) == 1
-    assert text in one_line(capfd)
+    assert text in error_line(capfd)
 
 
 def test_images_too_large_for_the_device(pair, url, capfd):
     assert run(*match(pair, left="wide.png", right="wide.png", device=url)) == 1
-    assert "201x50 pixels are too large" in one_line(capfd)
+    assert "201x50 pixels are too large" in error_line(capfd)
     assert run(*match(pair, left="high.png", right="high.png", device=url)) == 1
-    assert "40x65535 pixels are too large" in one_line(capfd)
+    assert "40x65535 pixels are too large" in error_line(capfd)
 
 
 def test_images_are_checked_before_connecting(pair, capfd):
     nowhere = "tcp://127.0.0.1:1"
     for options in ({"left": "none.png"}, {"right": "narrow.png"}):
         assert run(*match(pair, device=nowhere, **options)) == 1
-        assert "127.0.0.1" not in one_line(capfd)
+        assert "127.0.0.1" not in error_line(capfd)
     for more in (["--ground-truth", "none.png"], ["--ground-truth", pair/"tiny.png"],
                  ["--disparities", 128, "--block-size", 9]):
         assert run(*match(pair, *more, device=nowhere)) == 1
-        assert "127.0.0.1" not in one_line(capfd)
+        assert "127.0.0.1" not in error_line(capfd)
 
 
 def test_output_that_cannot_be_written(pair, capfd):
     for folder, text in ((pair/"text.png", "the results need a folder"),
                          (pair/"text.png"/"sub", "cannot be written")):
         assert run("match", pair/"left.png", pair/"right.png", "-o", folder, "--device", "model:") == 1
-        assert text in one_line(capfd)
+        assert text in error_line(capfd)
 
 
 def test_no_device(pair, tmp_path, capfd):
@@ -325,9 +325,9 @@ def test_no_device(pair, tmp_path, capfd):
                          ("udp://no-such-host.invalid", "cannot find")):
         for command in (["info"], ["stats"], ["console", "help"]):
             assert run(*command, "--device", device) == 1
-            assert text in one_line(capfd)
+            assert text in error_line(capfd)
         assert run(*match(pair, device=device)) == 1
-        assert text in one_line(capfd)
+        assert text in error_line(capfd)
 
 
 def test_a_busy_port(capfd):
@@ -336,7 +336,7 @@ def test_a_busy_port(capfd):
 
     other = SerialTransport(os.ttyname(slave), 115200)
     assert run("info", "--device", f"serial:{os.ttyname(slave)}") == 1
-    assert "busy" in one_line(capfd)
+    assert "busy" in error_line(capfd)
     other.close()
     os.close(slave)
     os.close(master)
@@ -352,20 +352,20 @@ def test_a_device_that_never_answers(impatient, capfd):
     with scripted_server(lambda request: b"") as silent:
         begin = time.monotonic()
         assert run("info", "--device", silent) == 1
-        assert "has not answered" in one_line(capfd)
+        assert "has not answered" in error_line(capfd)
         assert time.monotonic() - begin < 5
 
 
 def test_a_device_that_only_talks(impatient, capfd):
     with scripted_server(lambda request: b"login: ") as other:
         assert run("info", "--device", other) == 1
-        assert "has not answered" in one_line(capfd)
+        assert "has not answered" in error_line(capfd)
 
 
 def test_a_device_that_hangs_up(capfd):
     with scripted_server(None) as closing:
         assert run("info", "--device", closing) == 1
-    assert "closed the connection" in (line := one_line(capfd)) or "lost" in line
+    assert "closed the connection" in (line := error_line(capfd)) or "lost" in line
 
 
 def test_a_device_of_another_version(capfd):
@@ -375,13 +375,13 @@ def test_a_device_of_another_version(capfd):
 
     with scripted_server(script) as newer:
         assert run("info", "--device", newer) == 1
-    assert "protocol version 3" in one_line(capfd)
+    assert "protocol version 3" in error_line(capfd)
 
 
 def test_a_matcher_that_fails(pair, capfd):
     with native_device("--bus-error") as broken:
         assert run(*match(pair, device=f"tcp://127.0.0.1:{broken}")) == 1
-    assert "could not match" in one_line(capfd)
+    assert "could not match" in error_line(capfd)
 
 
 def test_ctrl_c_in_this_process(monkeypatch, capfd):

@@ -11,7 +11,7 @@ import subprocess
 
 import pytest
 
-from support.command import one_line, run
+from support.command import error_line, run
 from support.native_device import native_udp_device
 
 COMMANDS = ["match", "stream", "view", "calibrate", "rectify", "eval", "export", "bench", "info", "stats", "console",
@@ -59,7 +59,7 @@ def test_bench_for_people(capfd):
 ])
 def test_mistakes_of_bench(arguments, status, text, capfd):
     assert run("bench", "--device", "model:?max_width=200&disparities=32", *arguments) == status
-    assert text in one_line(capfd)
+    assert text in error_line(capfd)
 
 
 @pytest.mark.parametrize("shell", ["bash", "zsh", "tcsh", "fish"])
@@ -89,7 +89,7 @@ def test_bash_completes(words, wanted, tmp_path, capfd):
                                                  (["bash", "--device", "model:"], "unrecognized")])
 def test_mistakes_of_completion(arguments, text, capfd):
     assert run("completion", *arguments) == 2
-    assert text in one_line(capfd)
+    assert text in error_line(capfd)
 
 
 def test_the_help_names_every_command(capfd):

@@ -30,7 +30,7 @@ from litestereo.host_tools.evaluation.metrics import METRICS
 from litestereo.host_tools.evaluation.report import table
 from litestereo.host_tools.evaluation.work import Row
 from support import data_sets
-from support.command import one_line, run
+from support.command import error_line, run
 from support.data import FOLDERS, stereo_folder, stereo_pair
 from support.interruptible import interruptible
 from support.native_device import native_device
@@ -192,7 +192,7 @@ def test_a_cluster(folder, capfd):
         assert again == alone
         assert run("eval", folder / "own", "--opencv", "bm", "--disparities", 128, "--cluster",
                    there.scheduler_address) == 1
-        assert "too small" in one_line(capfd)
+        assert "too small" in error_line(capfd)
 
 
 def test_kitti_has_d1(tmp_path, capfd):
@@ -269,21 +269,21 @@ def test_the_environment_names_the_device(folder, monkeypatch, capfd):
 def test_mistakes_are_one_line(folder, arguments, status, text, monkeypatch, capfd):
     monkeypatch.chdir(folder)
     assert run("eval", *arguments) == status
-    assert text in one_line(capfd)
+    assert text in error_line(capfd)
 
 
 def test_a_cluster_of_an_unknown_kind(folder, capfd):
     """What was begun for it has ended: Python would end it at some time, and hang if another one starts just then."""
     before = set(threading.enumerate())
     assert run("eval", folder, "--opencv", "bm", "--cluster", "nonsense://") == 1
-    assert "no Dask scheduler answers there" in one_line(capfd)
+    assert "no Dask scheduler answers there" in error_line(capfd)
     assert not [thread for thread in threading.enumerate() if thread.name == "IO loop" and thread not in before]
 
 
 def test_a_cluster_that_is_not_there(folder, monkeypatch, capfd):
     monkeypatch.setattr(parallel, "_CLUSTER_TIMEOUT_S", 1)
     assert run("eval", folder, "--opencv", "bm", "--cluster", "tcp://127.0.0.1:1") == 1
-    assert "no Dask scheduler answers there" in one_line(capfd)
+    assert "no Dask scheduler answers there" in error_line(capfd)
 
 
 def test_a_package_that_is_not_installed():

@@ -23,7 +23,7 @@ from litestereo.host_tools.core.geometry import StereoGeometry
 from litestereo.host_tools.core.images import write_disparity
 from litestereo.host_tools.core.settings import MatcherSettings
 from support import data_sets
-from support.command import one_line, run
+from support.command import error_line, run
 from support.data_sets import HEIGHT, WIDTH
 from support.pairs import generator
 
@@ -268,31 +268,31 @@ def test_a_bag_is_read_by_rosbags_too(folder):
 def test_mistakes_are_one_line(folder, arguments, status, text, monkeypatch, capfd):
     monkeypatch.chdir(folder)
     assert run("export", "disparity.npy", "-o", "out", *arguments) == status
-    assert text in one_line(capfd)
+    assert text in error_line(capfd)
     assert not (folder / "out").exists()
 
 
 def test_more_mistakes(folder, capfd):
     for source, text in (("none.npy", "no such file"), ("left.png", "no disparity map"), ("calib.txt", "not an image")):
         assert export(folder, "--format", "pfm", source=source) == 1
-        assert text in one_line(capfd)
+        assert text in error_line(capfd)
     assert export(folder, "--format", "pfm", out="left.png") == 1
-    assert "cannot be written" in one_line(capfd)
+    assert "cannot be written" in error_line(capfd)
     assert export(folder, "--format", "mcap", *IDEAL, *MATCHED, out="left.png") == 1
-    assert "cannot be written" in one_line(capfd)
+    assert "cannot be written" in error_line(capfd)
     np.save(folder / "smaller.npy", np.full((40, 60), -16, np.int16))
     assert export(folder, "--format", "ply", "--calib", folder/"calib.txt", source="smaller.npy") == 1
-    assert "the map has 60x40 pixels, the cameras 120x50" in one_line(capfd)
+    assert "the map has 60x40 pixels, the cameras 120x50" in error_line(capfd)
     assert export(folder, "--format", "mcap", *IDEAL, *MATCHED) == 0
     capfd.readouterr()
     assert export(folder, "--format", "mcap", *IDEAL, *MATCHED) == 1
-    assert "is there already" in one_line(capfd)
+    assert "is there already" in error_line(capfd)
 
 
 def test_without_rosbags_it_says_what_to_install(folder, monkeypatch, capfd):
     monkeypatch.setitem(sys.modules, "rosbags.typesys", None)
     assert export(folder, "--format", "mcap", *IDEAL, *MATCHED) == 1
-    assert one_line(capfd).endswith(f"not installed: {install_command('ros')}\n")
+    assert error_line(capfd).endswith(f"not installed: {install_command('ros')}\n")
     assert export(folder, "--format", "ply", *IDEAL) == 0
 
 

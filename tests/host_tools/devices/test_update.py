@@ -21,7 +21,7 @@ from litestereo.host_tools.link.settings import LinkSettings
 from litestereo.host_tools.protocol import payloads
 from litestereo.host_tools.protocol.messages import ErrorCode, MessageType
 from litestereo.host_tools.protocol.payloads import UpdateProgress, UpdateState
-from support.command import one_line, run
+from support.command import error_line, run
 from support.expected import expected_map
 from support.fault_proxy import Faults, proxied
 from support.firmware import image, with_header
@@ -180,7 +180,7 @@ def test_files_that_are_refused(data, message, tmp_path, capfd):
     path.write_bytes(data)
     with native_url("udp") as url:
         assert run("update", path, "--device", url) == 1
-        line = one_line(capfd)
+        line = error_line(capfd)
         assert message in line and str(path) in line
         with connect(url) as device:
             assert device.info().firmware_version == "0.1"
@@ -190,7 +190,7 @@ def test_files_that_are_refused(data, message, tmp_path, capfd):
 
 def test_a_file_that_is_not_there(tmp_path, capfd):
     assert run("update", tmp_path / "none.bin", "--device", "model:") == 1
-    assert "cannot be read: No such file" in one_line(capfd)
+    assert "cannot be read: No such file" in error_line(capfd)
 
 
 @pytest.mark.parametrize("link", ["tcp", "udp"])

@@ -18,7 +18,7 @@ from litestereo.host_tools.cameras.camera_info import ideal_cameras, write_camer
 from litestereo.host_tools.cameras.rectify import FILES
 from litestereo.host_tools.core.geometry import StereoGeometry
 from litestereo.host_tools.core.settings import MatcherSettings
-from support.command import one_line, run
+from support.command import error_line, run
 from support.expected import expected_map
 from support.interruptible import interruptible
 from support.native_device import native_udp_device
@@ -120,9 +120,9 @@ def test_a_camera_that_is_unplugged(images, monkeypatch, capfd):
     monkeypatch.setattr(FakeCapture, "scenes", {0: images[0][0], 1: images[0][1]})
     monkeypatch.setattr(FakeCapture, "frames", 2)
     assert run(*stream("camera:0", "camera:1")) == 1
-    assert "gives no more frames" in one_line(capfd) and FakeCapture.opened == []
+    assert "gives no more frames" in error_line(capfd) and FakeCapture.opened == []
     assert run(*stream("camera:0", "camera:7")) == 1
-    assert "camera:7: cannot be opened" in one_line(capfd) and FakeCapture.opened == []
+    assert "camera:7: cannot be opened" in error_line(capfd) and FakeCapture.opened == []
 
 
 def test_a_calibration_gives_depth(data, images, tmp_path, capfd):
@@ -145,7 +145,7 @@ def test_a_calibration_for_another_size(data, tmp_path, capfd):
     with native_udp_device() as port:
         for _ in range(2):
             assert run(*stream(data/"pairs", device=f"udp://127.0.0.1:{port}"), "--calibration", tmp_path) == 1
-            assert "96x40 pixels, the calibration is for 97x40" in one_line(capfd)
+            assert "96x40 pixels, the calibration is for 97x40" in error_line(capfd)
 
 
 def test_ctrl_c_ends_a_stream_well(tmp_path):
@@ -178,15 +178,15 @@ def test_ctrl_c_ends_a_stream_well(tmp_path):
 def test_mistakes(source, more, status, text, data, monkeypatch, capfd):
     monkeypatch.chdir(data)
     assert run(*stream(*source), *more) == status
-    assert text in one_line(capfd)
+    assert text in error_line(capfd)
 
 
 def test_folders_without_pairs(tmp_path, capfd):
     (tmp_path/"left").mkdir()
     (tmp_path/"right").mkdir()
     assert run(*stream(tmp_path)) == 1
-    assert "no pairs of images" in one_line(capfd)
+    assert "no pairs of images" in error_line(capfd)
     cv2.imwrite(str(tmp_path/"left"/"a.png"), np.zeros((40, 96), np.uint8))
     cv2.imwrite(str(tmp_path/"right"/"a.png"), np.zeros((40, 95), np.uint8))
     assert run(*stream(tmp_path)) == 1
-    assert "a: the images must be of one size" in one_line(capfd)
+    assert "a: the images must be of one size" in error_line(capfd)

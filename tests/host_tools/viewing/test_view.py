@@ -22,7 +22,7 @@ from litestereo.host_tools.core.extras import install_command
 from litestereo.host_tools.core.geometry import StereoGeometry
 from litestereo.host_tools.core.images import color_image
 from litestereo.host_tools.core.settings import MatcherSettings
-from support.command import one_line, run
+from support.command import error_line, run
 from support.expected import expected_map
 from support.interruptible import interruptible
 from support.pairs import generator, textured_pair
@@ -120,7 +120,7 @@ def test_a_recording_ends_well_at_an_error(data, tmp_path, capfd):
             content = (data/side/f"{number}.png").read_bytes()
             (tmp_path/side/f"{number}.png").write_bytes(content if number < 2 else content[:2000])
     assert run(*view(tmp_path, "--save", tmp_path/"out.rrd")) == 1
-    assert "left/2.png: is not an image" in one_line(capfd)
+    assert "left/2.png: is not an image" in error_line(capfd)
     assert sorted(loaded(tmp_path/"out.rrd")["/left", "Image:buffer"]) == [0, 1]
 
 
@@ -185,7 +185,7 @@ def test_browsers_are_served_until_ctrl_c(data):
 def test_mistakes(more, status, text, data, monkeypatch, capfd):
     monkeypatch.chdir(data)
     assert run(*view(data, *more)) == status
-    assert text in one_line(capfd)
+    assert text in error_line(capfd)
 
 
 def test_no_display_and_no_rerun(data, monkeypatch, capfd):
@@ -193,7 +193,7 @@ def test_no_display_and_no_rerun(data, monkeypatch, capfd):
     monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
     monkeypatch.setattr(sys, "platform", "linux")
     assert run(*view(data)) == 1
-    assert "no display" in one_line(capfd)
+    assert "no display" in error_line(capfd)
     monkeypatch.setitem(sys.modules, "rerun", None)
     assert run(*view(data)) == 1
-    assert one_line(capfd).endswith(f"not installed: {install_command('view')}\n")
+    assert error_line(capfd).endswith(f"not installed: {install_command('view')}\n")

@@ -208,7 +208,7 @@ def test_noise(device, url):
 
 # Several hosts.
 
-def one_line(error):
+def error_text(error):
     text = str(error.value)
     assert "\n" not in text
     return text
@@ -225,7 +225,7 @@ def test_second_host_waits(device, url):
             begin = time.monotonic()
             with pytest.raises(DeviceError) as error:
                 connect(other, HASTY)
-            assert re.match("another host uses the device.* for 1 s: ", one_line(error))
+            assert re.match("another host uses the device.* for 1 s: ", error_text(error))
             assert 0.9 < time.monotonic() - begin < 5
             check_stream(host, [pair], SETTINGS)
         assert host.statistics()["sessions_refused"] >= before["sessions_refused"] + 2
@@ -308,7 +308,7 @@ def test_old_token(device, url):
         old._link._channel.send_chunk(old._link.session, 1, 1, 0, memoryview(bytes(CHUNK_BYTES)))
         with pytest.raises(SessionLost) as error:
             old.compute(*pair, SETTINGS)
-        assert one_line(error).startswith("another host has taken the device over")
+        assert error_text(error).startswith("another host has taken the device over")
         with pytest.raises(DeviceError, match="connection to the device is closed: connect again"):
             old.compute(*pair, SETTINGS)
         check_stream(host, [pair], SETTINGS)
@@ -342,7 +342,7 @@ def test_device_restarts_in_mid_upload():
         with connect(f"udp://127.0.0.1:{port}") as host:
             with pytest.raises(SessionLost) as error:
                 host.compute(*pair, SETTINGS, progress)
-            assert "or it restarted; connect again" in one_line(error)
+            assert "or it restarted; connect again" in error_text(error)
             assert time.monotonic() - begin[0] < 10
             with pytest.raises(DeviceError, match="connect again"):
                 host.statistics()
@@ -351,7 +351,7 @@ def test_device_restarts_in_mid_upload():
             running[1].close()
             with pytest.raises(DeviceError) as error:
                 check_stream(host, [pair], SETTINGS)
-            assert "nothing listens there" in one_line(error)
+            assert "nothing listens there" in error_text(error)
     finally:
         for simulation in running:
             simulation.close()
