@@ -116,7 +116,7 @@ def read_disparity(path: Path, search: SearchRange) -> NDArray[np.float32]:
     else:
         image = read_image(path)
         if image.ndim != 2 or image.dtype != np.uint16:
-            raise ImageError(f"{path}: is not a disparity map: a .npy, a .pfm or a grey image of 16 bits is needed")
+            raise ImageError(f"{path}: is no disparity map: a .npy, a .pfm or a grey image of 16 bits is needed")
         pixels = image.astype(np.float32)/np.float32(KITTI_SCALE)
         pixels[image == 0] = np.nan
     pixels[~np.isfinite(pixels)] = np.nan
@@ -129,7 +129,7 @@ def _read_npy(path: Path, search: SearchRange) -> NDArray[np.float32]:
     except (ValueError, EOFError, OSError):
         raise ImageError(f"{path}: is not an array that NumPy can read") from None
     if not isinstance(array, np.ndarray) or array.ndim != 2 or not (array.dtype == np.int16 or array.dtype.kind == "f"):
-        raise ImageError(f"{path}: is not a disparity map: int16 in sixteenths of a pixel or floating point in pixels "
+        raise ImageError(f"{path}: is no disparity map: int16 in sixteenths of a pixel or floating point in pixels "
                          "is needed, one number per pixel")
     if array.dtype == np.int16:
         # No block fits into the corner, so its value means no disparity. If that is not `invalid`, all pixels with it

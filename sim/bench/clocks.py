@@ -35,7 +35,7 @@ CASES = [(640, 480, 64, 9, "all"), (640, 480, 64, 9, "sad"), (640, 480, 16, 9, "
 #: The case for the CPU of the SoC: small, because the CPU is slow.
 CPU_CASE = (160, 32, 64, 9, "sad")
 
-#: What "all" means: settings in which every stage has something to do, as firmware/app/commands.c has them.
+#: The settings of "all", in which every stage has an effect; firmware/app/commands.c has the same.
 ALL_STAGES = StereoSettings(min_disparity=3, texture_threshold=60, uniqueness_ratio=5, disp12_max_diff=1, median=True)
 
 #: The settings of "sad".

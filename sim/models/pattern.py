@@ -14,7 +14,10 @@ LEFT_SEED, RIGHT_SEED = 1, 2
 
 
 def pattern(width: int, height: int, seed: int) -> NDArray[np.uint8]:
-    """Bytes of the little-endian words of Marsaglia's xorshift32, uint8, H x W: as firmware/lib/pattern.h fills."""
+    """Return the image (uint8, H x W) that firmware/lib/pattern.h fills: words of xorshift32, little-endian.
+
+    G. Marsaglia, Xorshift RNGs, Journal of Statistical Software 8, 2003; `seed` is the state before the first word.
+    """
     words = []
     for _ in range(-(-width*height//4)):
         seed ^= seed << 13 & 0xffffffff

@@ -54,7 +54,8 @@ TEXT = """\
 Maps by the matcher's Verilog in Verilator, next to the truth. The nearest point has {nearest} pixels of disparity;
 a matcher with fewer disparities cannot find it. Black pixels have no disparity or an unknown one. `all stages` are
 those of cv2.StereoBM at its defaults, with the left-right check: they refuse doubtful pixels, which lowers the
-density. Known pixels have a true disparity; valid pixels are known ones with a disparity in the map.
+density. Known pixels have a true disparity; valid pixels are known ones with a disparity in the map. The mean error is
+that of the valid pixels.
 
 ![{name}: truth and maps](images/thesis/{pair}.png)
 

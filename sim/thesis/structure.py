@@ -100,7 +100,7 @@ def measure_parallel(scale: Scale, folder: Path) -> list[Counts]:
 
 
 def parallel_fields(result: list[Counts]) -> dict[str, object]:
-    """Fields of table 5.3."""
+    """Return the fields of table 5.3."""
     header = ["configuration", "pixels at once in the thesis", "SAD units if each pixel has its own",
               "comparators if each pixel has its own", "SAD units", "comparators", "absolute differences",
               "pixels in flight"]

@@ -83,8 +83,8 @@ The sum of absolute differences alone, as in the thesis, by the matcher's Verilo
 {smallest}x{smallest} are computed by the model, because the gateware does not have them. Known pixels have a true
 disparity; valid pixels are known ones with a disparity in the map. `bad` is the share of the valid pixels that are
 off by more than one pixel: `bad_of_valid` of `litestereo eval`, not Middlebury's bad, which is a share of the known
-ones. Density is the share of the known pixels that are valid; a large block leaves a wide border. Smallest share of
-bad pixels: {best}.
+ones. The mean error is that of the valid pixels. Density is the share of the known pixels that are valid; a large
+block leaves a wide border. Smallest share of bad pixels: {best}.
 
 ![Bad pixels over the side of the block](images/thesis/window_curves.png)
 
