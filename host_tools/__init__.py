@@ -27,6 +27,7 @@ if TYPE_CHECKING:
         LinkTimeout,
         LiteStereoError,
         MissingExtraError,
+        OpenCVError,
         ProtocolError,
         SessionLost,
         SettingsError,
@@ -52,8 +53,8 @@ if TYPE_CHECKING:
 
 __all__ = ["DatasetError", "Device", "DeviceError", "DeviceInfo", "DeviceRefused", "Feature", "FirmwareError",
            "GeometryError", "ImageError", "LinkSettings", "LinkTimeout", "LiteStereoError", "MatcherSettings",
-           "MissingExtraError", "ProtocolError", "Rectifier", "Result", "SessionLost", "SettingsError", "Shot",
-           "Source", "SpeckleFilter", "StereoBM", "StereoBM_create", "StereoGeometry", "UnsupportedError",
+           "MissingExtraError", "OpenCVError", "ProtocolError", "Rectifier", "Result", "SessionLost", "SettingsError",
+           "Shot", "Source", "SpeckleFilter", "StereoBM", "StereoBM_create", "StereoGeometry", "UnsupportedError",
            "UpdateFailed", "UrlError", "UsageError", "ViewerError", "WorkerError", "connect", "disparity_pixels",
            "measure_map", "open_source", "read_calibration", "read_grey", "read_ground_truth", "write_disparity"]
 
@@ -73,6 +74,7 @@ _MODULES = {
     "LiteStereoError":   "core.errors",
     "MatcherSettings":   "core.settings",
     "MissingExtraError": "core.errors",
+    "OpenCVError":       "core.errors",
     "ProtocolError":     "core.errors",
     "Rectifier":         "cameras.rectify",
     "Result":            "devices.base",

@@ -18,6 +18,7 @@
     ├── DatasetError            data set
     ├── WorkerError             processes or Dask cluster
     ├── MissingExtraError       package
+    ├── OpenCVError             OpenCV
     ├── ViewerError             viewer or recording
     ├── DeviceError             device or its link
     │   ├── LinkTimeout         no answer
