@@ -19,10 +19,11 @@ import rich.console
 import rich.table
 
 from ...host_tools.core.errors import LiteStereoError
+from ...host_tools.core.settings import MatcherSettings
 from ...host_tools.devices.connect import Device, connect
 from ...soc.build.paths import build_directory
 from ..models.pattern import LEFT_SEED, RIGHT_SEED, pattern
-from ..models.stereo_bm import StereoSettings, stereo_bm
+from ..models.stereo_bm import stereo_bm
 from ..system.build import MEMORIES
 from .ethernet import ethernet_figures
 
@@ -35,10 +36,10 @@ CASES = [(640, 480, 64, 9, "all"), (640, 480, 64, 9, "sad"), (640, 480, 16, 9, "
 CPU_CASE = (160, 32, 64, 9, "sad")
 
 #: What "all" means: settings in which every stage has something to do, as firmware/app/commands.c has them.
-ALL_STAGES = StereoSettings(min_disparity=3, texture_threshold=60, uniqueness_ratio=5, disp12_max_diff=1, median=True)
+ALL_STAGES = MatcherSettings(min_disparity=3, texture_threshold=60, uniqueness_ratio=5, disp12_max_diff=1, median=True)
 
 #: What "sad" means.
-NO_STAGE = StereoSettings(prefilter="none", texture_threshold=0, uniqueness_ratio=0, subpixel=False)
+NO_STAGE = MatcherSettings(prefilter="none", texture_threshold=0, uniqueness_ratio=0, subpixel=False)
 
 #: Longest wait for a measurement: the CPU takes most of it, to fill the images and to sum the map; seconds.
 TIMEOUT_S = 300.0
