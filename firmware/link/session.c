@@ -79,13 +79,45 @@ static uint32_t draw_token(session_t *session, uint32_t nonce)
 
 static uint32_t features(const session_t *session)
 {
-    uint32_t of_matcher = session->info->limits.features & ~(PROTOCOL_FEATURE_STREAMING | PROTOCOL_FEATURE_UPDATE);
+    uint32_t of_matcher = session->info->limits.features & ~(LITESTEREO_FEATURE_STREAMING | LITESTEREO_FEATURE_UPDATE);
 
-    return of_matcher | (session_stream_path(session, &session->peer) != NULL ? PROTOCOL_FEATURE_STREAMING : 0)
-        | (session->update != NULL ? PROTOCOL_FEATURE_UPDATE : 0);
+    return of_matcher | (session_stream_path(session, &session->peer) != NULL ? LITESTEREO_FEATURE_STREAMING : 0)
+        | (session->update != NULL ? LITESTEREO_FEATURE_UPDATE : 0);
 }
 
-static void put_capabilities(const session_t *session, uint8_t *payload)
+/* Value that comes after the fixed fields; 0 if the device has none of that number. */
+static uint32_t capability(const session_t *session, unsigned number)
+{
+    switch (number) {
+    case LITESTEREO_CAPABILITY_DMA_ALIGNMENT:
+        return session->info->dma_alignment;
+    case LITESTEREO_CAPABILITY_UPDATE_BYTES:
+        return session->update != NULL ? update_room(session->update) : 0;
+    default:
+        return 0;
+    }
+}
+
+/* Appends all values but 0, and returns their length in bytes. */
+static uint32_t put_more_capabilities(const session_t *session, uint8_t *payload)
+{
+    uint32_t length = 0;
+
+    for (unsigned number = 1; number <= LITESTEREO_CAPABILITIES; number++) {
+        uint32_t value = capability(session, number);
+
+        if (value != 0) {
+            put_u16(payload + length, (uint16_t)number);
+            put_u16(payload + length + 2, 0);
+            put_u32(payload + length + 4, value);
+            length += PROTOCOL_CAPABILITY_SIZE;
+        }
+    }
+    return length;
+}
+
+/* Returns the length of the payload. */
+static uint32_t put_capabilities(const session_t *session, uint8_t *payload)
 {
     const device_info_t *info = session->info;
 
@@ -107,6 +139,7 @@ static void put_capabilities(const session_t *session, uint8_t *payload)
     for (unsigned i = 0; i < PROTOCOL_NAME_SIZE && info->name[i] != 0; i++) {
         payload[PROTOCOL_NAME_OFFSET + i] = (uint8_t)info->name[i];
     }
+    return PROTOCOL_CAPABILITIES_SIZE + put_more_capabilities(session, payload + PROTOCOL_CAPABILITIES_SIZE);
 }
 
 /* Has gateware accept the chunks of this session if it is open and at UDP, and no others. */
@@ -146,21 +179,20 @@ void session_hello(session_t *session, exchange_t *exchange)
         set_transfer_session(session);
         count(session->counters, COUNTER_SESSIONS);
     }
-    put_capabilities(session, exchange->payload);
-    exchange->length = PROTOCOL_CAPABILITIES_SIZE;
+    exchange->length = put_capabilities(session, exchange->payload);
 }
 
 /* Parameters are numbered in the order of the fields that they set. */
-_Static_assert(STEREO_FIELD_MEDIAN - STEREO_FIELD_DISPARITIES == PARAMETER_MEDIAN - PARAMETER_DISPARITIES,
+_Static_assert(STEREO_FIELD_LAST - STEREO_FIELD_FIRST == PARAMETER_LAST - PARAMETER_FIRST,
     "each field has its parameter");
 
 /* Applies one entry of a CONFIGURE to `settings`, or refuses it and returns false. */
 static bool configure(const session_t *session, exchange_t *exchange, const uint8_t *entry, stereo_settings_t *settings)
 {
     uint16_t       parameter = get_u16(entry);
-    stereo_field_t field     = (stereo_field_t)(STEREO_FIELD_DISPARITIES + parameter - PARAMETER_DISPARITIES);
+    stereo_field_t field     = (stereo_field_t)(STEREO_FIELD_FIRST + parameter - PARAMETER_FIRST);
 
-    if (parameter < PARAMETER_DISPARITIES || parameter > PARAMETER_MEDIAN) {
+    if (parameter < PARAMETER_FIRST || parameter > PARAMETER_LAST) {
         refuse(exchange, ERROR_PARAMETER, parameter);
         return false;
     }

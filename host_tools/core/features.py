@@ -3,45 +3,24 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Optional stages of a matcher."""
+"""What a device can have, by name."""
 
 from __future__ import annotations
 
-import enum
+from collections.abc import Mapping
 
+from .features_table import ALL_STAGES, CAPABILITY_TEXTS, DESCRIPTIONS, Capability, Feature
 
-class Feature(enum.IntFlag):
-    """What a device was built with: the bits of its capability word. All up to MEDIAN are stages of the matcher."""
-
-    XSOBEL        = 1 << 0
-    RAW           = 1 << 1
-    TEXTURE       = 1 << 2
-    UNIQUENESS    = 1 << 3
-    SUBPIXEL      = 1 << 4
-    LEFT_RIGHT    = 1 << 5
-    MIN_DISPARITY = 1 << 6
-    MEDIAN        = 1 << 7
-    STREAMING     = 1 << 8
-    UPDATE        = 1 << 9
-
-
-#: Every stage that there is.
-ALL_FEATURES = Feature(0xff)
-
-#: What each stage is for, in a few words.
-DESCRIPTIONS = {
-    Feature.XSOBEL:        "the XSOBEL prefilter",
-    Feature.RAW:           "matching without prefilter",
-    Feature.TEXTURE:       "the texture test",
-    Feature.UNIQUENESS:    "the uniqueness test",
-    Feature.SUBPIXEL:      "fractions of a pixel",
-    Feature.LEFT_RIGHT:    "the left-right check",
-    Feature.MIN_DISPARITY: "a smallest disparity above 0",
-    Feature.MEDIAN:        "the median",
-}
+__all__ = ["ALL_STAGES", "CAPABILITY_TEXTS", "DESCRIPTIONS", "Capability", "Feature", "feature_names",
+           "named_capabilities"]
 
 
 def feature_names(features: int) -> list[str]:
     """Names of the features in a capability word; bits that are not known count as their number."""
     known = [feature.name.lower() for feature in Feature if features & feature and feature.name]
     return known + [f"bit {bit}" for bit in range(len(Feature), 32) if features >> bit & 1]
+
+
+def named_capabilities(values: Mapping[int, int]) -> dict[str, int]:
+    """Return the values of a device by name, of those numbers that are known here."""
+    return {known.name.lower(): values[known] for known in Capability if known in values}

@@ -10,8 +10,8 @@ from __future__ import annotations
 import abc
 import contextlib
 import threading
-from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING
@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.errors import DeviceError, ImageError, UnsupportedError
-from ..core.features import ALL_FEATURES, DESCRIPTIONS, Feature
+from ..core.features import ALL_STAGES, DESCRIPTIONS, Feature
 from ..core.settings import DEFAULT_BLOCK_SIZE, DEFAULT_DISPARITIES, MatcherSettings
 from ..link.settings import LinkCounters
 
@@ -46,7 +46,8 @@ class DeviceInfo:
     """What a device is.
 
     Sizes are in pixels, versions "major.minor". `slots` is the number of frames that it holds at once, `features` has a
-    bit for each `Feature`, and `sys_clk_hz` is 0 if it has no clock.
+    bit for each `Feature`, and `sys_clk_hz` is 0 if it has no clock. Further
+    values are in `capabilities`, by the names of `Capability`; an absent one is 0.
     """
 
     url:              str
@@ -59,9 +60,10 @@ class DeviceInfo:
     max_block_size:   int
     slots:            int = 1
     sys_clk_hz:       int = 0
-    features:         int = int(ALL_FEATURES)
+    features:         int = int(ALL_STAGES)
     gateware_version: str = ""
     firmware_version: str = ""
+    capabilities:     Mapping[str, int] = field(default_factory=dict, hash=False)
 
     def default_settings(self) -> MatcherSettings:
         """Return cv2.StereoBM's defaults with 64 disparities and block size 9, or less if the device has less."""
@@ -72,7 +74,7 @@ class DeviceInfo:
     @property
     def missing_features(self) -> Feature:
         """Return the stages that the device was built without."""
-        return ALL_FEATURES & ~Feature(self.features & ALL_FEATURES)
+        return ALL_STAGES & ~Feature(self.features & ALL_STAGES)
 
     def check(self, width: int, height: int, settings: MatcherSettings) -> None:
         """Check that the device can match images of `width` x `height` pixels with `settings`.

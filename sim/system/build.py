@@ -7,7 +7,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import shutil
 import sys
@@ -35,9 +34,6 @@ TOOLS          = {"verilator": "verilator", "riscv64-unknown-elf-gcc": "gcc-risc
 #: Rooms that a simulator is generated from, together with LiteX.
 SOURCES = ("gateware", "soc/build", "soc/parts", "soc/boards", "sim/socs")
 
-#: Parameters of the simulated matcher: every image of the Middlebury sets of 2001 and 2003 fits.
-MATCHER = {"max_width": 640, "disparities": 64, "max_block_size": 15}
-
 
 class SimulationError(RuntimeError):
     """The simulation could not be built or started; the message says why and what to do."""
@@ -62,14 +58,13 @@ def build_soc(memory: str = "integrated-ram") -> Path:
     """
     if memory not in (*MEMORIES, *BOARDS):
         raise SimulationError(f"unknown memory {memory!r}: choose one of {', '.join((*MEMORIES, *BOARDS))}")
-    key     = content_key([memory, json.dumps(MATCHER), *(version(name) for name in LITEX_PACKAGES), *COMPILATION,
-                           code_key(*(PACKAGE_DIR / folder for folder in SOURCES))])
+    key = content_key([memory, *(version(name) for name in LITEX_PACKAGES), *COMPILATION,
+                       code_key(*(PACKAGE_DIR / folder for folder in SOURCES))])
 
     def build(folder: Path) -> None:
         # A separate process: LiteX changes the working directory, prints, and configures logging.
-        command = ["litestereo.sim.socs.simulated_board", memory, str(folder)] if memory in BOARDS else [
-            "litestereo.sim.socs.simulated_soc", memory, str(folder), json.dumps(MATCHER)]
-        _run([sys.executable, "-m", *command, str(PACKAGE_DIR / "sim" / "socs" / "modules")], folder,
+        module = f"litestereo.sim.socs.simulated_{'board' if memory in BOARDS else 'soc'}"
+        _run([sys.executable, "-m", module, memory, str(folder), str(PACKAGE_DIR / "sim" / "socs" / "modules")], folder,
              f"the simulator of the SoC on {memory} (some minutes)")
 
     return built_once(build_directory() / "soc" / f"{memory}-{key}", build)

@@ -8,18 +8,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ...host_tools.core.settings import MatcherSettings
 from ...host_tools.devices.connect import Device, connect
 from ...soc.reports.markdown import table
 from ..models.pattern import LEFT_SEED, RIGHT_SEED, pattern
 from ..models.stereo_bm import stereo_bm
-from ..system.build import MATCHER, MEMORIES
+from ..socs.matcher import MATCHER
+from ..system.build import MEMORIES
 from .area import placed_mhz
 from .pictures import Curve, plot
 from .presets import PUBLISHED, Preset, Scale
@@ -59,15 +58,15 @@ def cosim_clocks(scale: Scale, preset: Preset, sizes: Sequence[tuple[int, int]])
 
 def fits_system(scale: Scale, preset: Preset) -> bool:
     """Return whether the matcher of the simulated SoC, which has all stages, is large enough for a preset."""
-    return (scale.width <= MATCHER["max_width"] and preset.disparities <= MATCHER["disparities"]
-            and preset.block_size <= MATCHER["max_block_size"])
+    return (scale.width <= MATCHER.max_width and preset.disparities <= MATCHER.disparities
+            and preset.block_size <= MATCHER.max_block_size)
 
 
 def system_clocks(device: Device, scale: Scale, preset: Preset) -> int:
     """Return the clocks of a frame from memory to memory on a device; raise WrongMap if its map is wrong."""
     settings    = preset.settings()
     left, right = (pattern(scale.width, scale.height, seed) for seed in (LEFT_SEED, RIGHT_SEED))
-    result      = device.compute(left, right, MatcherSettings(**asdict(settings)))
+    result      = device.compute(left, right, settings)
     if not np.array_equal(result.disparity, stereo_bm(left, right, settings)):
         raise WrongMap(f"the full system's map of {preset.name} is not the model's")
     return result.clocks or 0

@@ -14,7 +14,9 @@ from support.paths import CHECKOUT
 
 DOCUMENT = (CHECKOUT / "docs" / "protocol.md").read_text()
 LINK     = CHECKOUT / "firmware" / "link"
-PROTOCOL = (LINK / "protocol" / "protocol.h").read_text()
+TABLES   = CHECKOUT / "firmware" / "include" / "litestereo" / "stereo_tables.h"
+PROTOCOL = "".join(path.read_text() for path in (LINK / "protocol" / "protocol.h", LINK / "protocol" / "parameters.h",
+                                                 TABLES))
 
 
 def section(title):
@@ -90,10 +92,14 @@ def test_updates(field, prefix, none):
 
 def test_features():
     documented = {row[1].strip("`"): int(row[0]) for row in section("Features")}
-    for name in ("streaming", "update"):
-        bit = re.search(rf"#define PROTOCOL_FEATURE_{name.upper()} \(1u << (\d+)\)", PROTOCOL)[1]
-        assert int(bit) == documented[name]
+    bits       = re.findall(r"LITESTEREO_FEATURE_(\w+)\s*= 1u << +(\d+),", PROTOCOL)
+    assert {name.lower(): int(bit) for name, bit in bits} == documented
     assert {feature.name.lower(): feature.value.bit_length() - 1 for feature in Feature} == documented
+
+
+def test_further_capabilities():
+    documented = {row[1].strip("`"): int(row[0]) for row in section("Further capabilities")}
+    assert enumeration("litestereo_capability", "LITESTEREO_CAPABILITY_") == documented
 
 
 @pytest.mark.parametrize(("name", "pattern"), [
@@ -101,6 +107,7 @@ def test_features():
     ("PROTOCOL_MAGIC",             r"\(`(0x\w+)`\)"),
     ("PROTOCOL_CHUNK_SIZE",        r"bytes of payload, 0 to (\d+)"),
     ("PROTOCOL_CAPABILITIES_SIZE", r"name` of the device.*?^(\d+) bytes\."),
+    ("PROTOCOL_CAPABILITY_SIZE",   r"any number of values, (\d+) bytes each"),
     ("PROTOCOL_STATUS_SIZE",       r"first missing upload offset while.*?^(\d+) bytes\."),
     ("PROTOCOL_PROGRESS_SIZE",     r"bytes of the longest firmware.*?^(\d+) bytes\. Until"),
     ("PROTOCOL_NO_OFFSET",         r"`(0xf+)` if none is missing"),

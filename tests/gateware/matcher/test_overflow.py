@@ -10,11 +10,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from litestereo.gateware.common.parameters import FEATURES, MAX_BLOCK_SIZE, MIN_BLOCK_SIZE, MatcherParameters
+from litestereo.gateware.common.parameters import MAX_BLOCK_SIZE, MIN_BLOCK_SIZE, MatcherParameters
 from litestereo.gateware.engines.sad.block_sum import BlockSum
 from litestereo.gateware.engines.sad.column_sum import ColumnSum
+from litestereo.host_tools.core.settings import MatcherSettings
 from litestereo.sim.cores.cosim import CosimMatcher
-from litestereo.sim.models.stereo_bm import StereoSettings, stereo_bm
+from litestereo.sim.models.stereo_bm import stereo_bm
 from support.core_bench import CoreBench
 from support.lanes import steps
 
@@ -67,7 +68,7 @@ def test_all_black_against_all_white():
     size     = DISPARITIES + 2*MAX_BLOCK_SIZE
     black    = np.zeros((size, size), np.uint8)
     grey     = np.full_like(black, WHITE)
-    matcher  = CosimMatcher(size, DISPARITIES, MAX_BLOCK_SIZE, FEATURES)
+    matcher  = CosimMatcher(MatcherParameters(size, disparities=DISPARITIES, max_block_size=MAX_BLOCK_SIZE))
     # The largest cost that one bit less would hold lies between that of a block with the grey columns and that of
     # one without: what wraps around would win.
     limit    = 2**(built(MAX_BLOCK_SIZE).cost_bits - 1)
@@ -75,7 +76,7 @@ def test_all_black_against_all_white():
     better   = np.full_like(black, white)
     better[:, size//2:size//2 + MAX_BLOCK_SIZE] = white - 2
     for prefilter, ratio in [("none", 0), ("none", 100), ("xsobel", 0)]:
-        settings = StereoSettings(DISPARITIES, MAX_BLOCK_SIZE, prefilter=prefilter, prefilter_cap=63,
+        settings = MatcherSettings(DISPARITIES, MAX_BLOCK_SIZE, prefilter=prefilter, prefilter_cap=63,
                                   texture_threshold=0, uniqueness_ratio=ratio)
         for left, right in [(black, grey), (grey, black), (black, better), (better, black)]:
             expected = stereo_bm(left, right, settings)

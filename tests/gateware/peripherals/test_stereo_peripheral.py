@@ -14,7 +14,7 @@ from litex.gen import LiteXModule
 from litex.soc.interconnect import wishbone
 from migen import ClockDomain, Signal
 
-from litestereo.gateware.common.parameters import FEATURES
+from litestereo.gateware.common.parameters import FEATURES, MatcherParameters
 from litestereo.gateware.matcher.frame_settings import NO_CHECK, frame_settings
 from litestereo.gateware.peripherals.stereo_crossing import StereoPeripheralCrossing
 from litestereo.gateware.peripherals.stereo_peripheral import (
@@ -24,8 +24,9 @@ from litestereo.gateware.peripherals.stereo_peripheral import (
     ERROR_NONE,
     StereoPeripheral,
 )
+from litestereo.host_tools.core.settings import MatcherSettings
 from litestereo.sim.cores.pin_core import PinCore
-from litestereo.sim.models.stereo_bm import StereoSettings, stereo_bm
+from litestereo.sim.models.stereo_bm import stereo_bm
 from support.memory import Memory, port_pins, slave
 from support.pairs import byte_generator, textured_pair
 
@@ -72,12 +73,17 @@ PORTS = {
 CROSSED = {f"{name} crossed": PORTS[name] for name in ("wishbone-32", "native-64")}
 
 
+def built(features):
+    """Parameters of a peripheral with these stages."""
+    return MatcherParameters(MAX_WIDTH, disparities=DISPARITIES, max_block_size=MAX_BLOCK, features=features)
+
+
 class Crossed(LiteXModule):
     """The peripheral with its matcher on a clock, and with a reset, that are inputs."""
     def __init__(self, *arguments, **options):
         self.matcher_clk, self.matcher_rst = Signal(), Signal()
         self.cd_matcher  = ClockDomain()
-        self.peripheral  = StereoPeripheralCrossing(*arguments[:2], "matcher", *arguments[2:], **options)
+        self.peripheral  = StereoPeripheralCrossing(*arguments, clock_domain="matcher", **options)
         self.comb += [self.cd_matcher.clk.eq(self.matcher_clk), self.cd_matcher.rst.eq(self.matcher_rst)]
 
 
@@ -87,7 +93,7 @@ class Bench:
         ports    = dict(zip(("read", "write"), (PORTS | CROSSED)[kind](), strict=True))
         self.crossed = kind in CROSSED
         top      = (Crossed if self.crossed else StereoPeripheral)(
-            ports["read"], ports["write"], MAX_WIDTH, DISPARITIES, MAX_BLOCK, features, burst_bytes=64, with_csr=False)
+            ports["read"], ports["write"], built(features), burst_bytes=64, with_csr=False)
         self.dut = dut = top.peripheral if self.crossed else top
         inputs   = {name: getattr(dut, name) for name in (*SETTINGS, "start", "abort")}
         outputs  = {name: getattr(dut, name)
@@ -145,7 +151,7 @@ class Bench:
     def draw(self, width, block_size):
         """Any settings that suit the size."""
         room = width - DISPARITIES - block_size + 1
-        return StereoSettings(
+        return MatcherSettings(
             disparities       = DISPARITIES,
             block_size        = block_size,
             min_disparity     = self.rng.randint(0, min(room, 3)),
@@ -389,7 +395,7 @@ def test_settings_of_the_next_frame(bench):
         bench.check_result(expected, places, before)
 
 
-PLAIN = StereoSettings(DISPARITIES, 5, disp12_max_diff=1)
+PLAIN = MatcherSettings(DISPARITIES, 5, disp12_max_diff=1)
 
 
 def check_refused(bench, changes):
@@ -413,6 +419,17 @@ def test_bad_settings(changes):
     bench = Bench("wishbone-32", byte_generator(21, str(changes)))
     check_refused(bench, changes)
     bench.core.close()
+
+
+@pytest.mark.parametrize("kind", ["wishbone-32", "wishbone-32 crossed"])
+def test_another_height(kind):
+    """A largest height that no register tells software is refused when the peripheral is built."""
+    parameters = MatcherParameters(MAX_WIDTH, 100, DISPARITIES, MAX_BLOCK)
+    with pytest.raises(ValueError, match="max_height of the peripheral must be 4095, not 100"):
+        if kind in CROSSED:
+            StereoPeripheralCrossing(*CROSSED[kind](), parameters, clock_domain="matcher")
+        else:
+            StereoPeripheral(*PORTS[kind](), parameters)
 
 
 def test_limits_of_settings():
@@ -441,7 +458,7 @@ def test_stages_that_are_not_built(features, base, missing):
         bench.begin(30, 8, changes=base | changes, settings=PLAIN)
         assert bench.end(100) == ["failed"]
         assert bench.core.get("error_code") == ERROR_CONFIG
-    bare = StereoSettings(DISPARITIES, 5, 0, "xsobel" if base["xsobel"] else "none", texture_threshold=0,
+    bare = MatcherSettings(DISPARITIES, 5, 0, "xsobel" if base["xsobel"] else "none", texture_threshold=0,
                           uniqueness_ratio=0, subpixel=False)
     expected, places = bench.begin(30, 8, settings=bare)
     before = bytes(bench.memory.bytes)

@@ -12,6 +12,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from litestereo.gateware.common.parameters import MatcherParameters
 from litestereo.host_tools.core.errors import DeviceError, ImageError, SettingsError, UnsupportedError, UrlError
 from litestereo.host_tools.core.settings import MatcherSettings, Parameter
 from litestereo.host_tools.devices.connect import connect
@@ -114,12 +115,11 @@ def stand_in(monkeypatch, name, **content):
 class CosimStandIn:
     """The interface of the gateware's simulation, around the model."""
 
-    built    = None
-    closed   = False
-    features = 0x7f
+    built  = None
+    closed = False
 
-    def __init__(self, max_width, disparities, max_block_size):
-        CosimStandIn.built = (max_width, disparities, max_block_size)
+    def __init__(self, parameters):
+        CosimStandIn.built = (parameters.max_width, parameters.disparities, parameters.max_block_size)
 
     def match_settings(self, left, right, settings):
         if left.max() == 0:
@@ -131,7 +131,8 @@ class CosimStandIn:
 
 
 def test_cosim_device_is_built_as_its_url_says(monkeypatch):
-    stand_in(monkeypatch, "litestereo.sim.cores.cosim", CosimMatcher=CosimStandIn)
+    stand_in(monkeypatch, "litestereo.sim.cores.cosim", CosimMatcher=CosimStandIn,
+             MatcherParameters=MatcherParameters)
     left, right = textured_pair(60, 20, generator(41))
     with connect("cosim:?disparities=32&max_width=320&max_block_size=11") as device:
         assert CosimStandIn.built == (320, 32, 11)
@@ -146,10 +147,10 @@ def test_cosim_device_is_built_as_its_url_says(monkeypatch):
 
 
 def test_a_cosim_that_cannot_be_built_is_one_line(monkeypatch):
-    def fail(**_):
+    def fail(_):
         raise RuntimeError("verilator failed:\nsee log")
 
-    stand_in(monkeypatch, "litestereo.sim.cores.cosim", CosimMatcher=fail)
+    stand_in(monkeypatch, "litestereo.sim.cores.cosim", CosimMatcher=fail, MatcherParameters=MatcherParameters)
     with pytest.raises(DeviceError, match="cannot be built: verilator failed: see log"):
         connect("cosim:")
 
@@ -159,6 +160,20 @@ def test_a_cosim_that_cannot_be_built_is_one_line(monkeypatch):
 def test_wrong_options_are_refused(url):
     with pytest.raises(UrlError):
         connect(url)
+
+
+@pytest.mark.parametrize(("more", "expected"), [
+    ({}, {}),
+    ({1: 16, 2: 262136}, {"dma_alignment": 16, "update_bytes": 262136}),
+    ({2: 5, 0x1234: 7}, {"update_bytes": 5}),
+], ids=["older firmware", "firmware of today", "newer firmware"])
+def test_capabilities(more, expected):
+    """Those that are known here, by name: unknown numbers are skipped, absent ones are not in it."""
+    with udp_device() as there:
+        there.more = more
+        with connect(there.url) as device:
+            assert device.info().capabilities == expected
+            assert device.info().max_disparities == 128
 
 
 class SimulationError(Exception):

@@ -7,7 +7,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import os
 import re
 import signal
@@ -22,7 +21,6 @@ import pytest
 from litestereo.host_tools.core.settings import MatcherSettings
 from litestereo.host_tools.devices.connect import connect
 from litestereo.sim.bench.clocks import measure_frame
-from litestereo.sim.models.stereo_bm import StereoSettings
 from litestereo.sim.system.build import SimulationError
 from litestereo.sim.system.simulation import start_simulation
 from support.assert_stream import check_small_frame, check_stream
@@ -117,8 +115,7 @@ def test_every_setting(url):
     rng = generator(56)
     with connect(url) as device:
         for _ in range(12):
-            drawn         = any_settings(rng, largest_block=15)
-            settings      = MatcherSettings(**dataclasses.asdict(drawn))
+            settings      = any_settings(rng, largest_block=15)
             width, height = settings.minimum_size
             check_stream(device, [textured_pair(width + 9, height + 4, rng, 5)], settings)
 
@@ -172,7 +169,7 @@ def test_a_real_pair(simulation, url, link):
     left, right = (np.ascontiguousarray(image[200:240, :320]) for image in (pair.left, pair.right))
     with connect(url if link == "serial" else f"udp://127.0.0.1:{simulation.udp_port}") as device:
         result = device.compute(left, right, settings)
-    same_as_opencv(result.disparity, left, right, StereoSettings(**dataclasses.asdict(settings)))
+    same_as_opencv(result.disparity, left, right, settings)
 
 
 @pytest.mark.parametrize("name, count", [
@@ -189,7 +186,7 @@ def test_opencv(simulation, name, count):
         if name == "tsukuba":
             check_stream(device, [(pair.left, pair.right)], MatcherSettings(16, 7, prefilter="none", subpixel=False))
         for drawn in (drawn_settings(rng, largest_block=15) for _ in range(count)):
-            (result,) = device.stream([(pair.left, pair.right)], MatcherSettings(**dataclasses.asdict(drawn)))
+            (result,) = device.stream([(pair.left, pair.right)], drawn)
             same_as_opencv(result.disparity, pair.left, pair.right, drawn)
 
 
