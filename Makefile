@@ -127,6 +127,18 @@ boards-check: ## Check that every bitstream is built from these sources and meet
 
 ##@ Documents
 
+docs: ## Write the pages that are not made from this tree (hours)
+	@.ci/install fpga
+	@$(PYTHON) -m litestereo.sim.docs write
+
+docs-check: ## Name the pages that are not made from this tree
+	@.ci/install fpga
+	@$(PYTHON) -m litestereo.sim.docs check
+
+registers: install ## Write the register maps in docs, and the tables of settings and features
+	@$(PYTHON) -m litestereo.soc.reports.registers
+	@$(PYTHON) -m litestereo.soc.reports.tables
+
 boards-doc: ## Write docs/boards.md from the bitstreams in build
 	@.ci/install fpga
 	@$(PYTHON) -m litestereo.soc.reports.boards
@@ -181,5 +193,5 @@ reproduce: install ## Build the firmware twice, in two folders, and compare the 
 	@$(PYTHON) -m litestereo.soc.release.reproduce
 
 .PHONY: help install demo sim example bench wheel clean test test-long lint ends arm-check boards bitstream load flash \
-	boards-sim boards-check boards-doc resources network thesis sbom coverage lock sweep formal fuzz fuzz-firmware soak \
+	boards-sim boards-check docs docs-check registers boards-doc resources network thesis sbom coverage lock sweep formal fuzz fuzz-firmware soak \
 	mutation reproduce

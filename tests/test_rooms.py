@@ -61,7 +61,7 @@ ROOMS: dict[str, tuple[str, ...]] = {
     "sim/system":             ("firmware", "soc/build", "soc/boards", "sim/cores", "sim/socs", "host_tools"),
     "sim/bench":              ("sim/models", "sim/system", "soc/build", "host_tools"),
     "sim/thesis":             ("firmware", "gateware", "soc", "sim", "host_tools"),
-    "sim":                    ("sim", "soc/build", "host_tools"),
+    "sim":                    ("sim", "soc", "host_tools"),
 }
 
 PACKAGES = ("firmware", "gateware", "host_tools", "sim", "soc")

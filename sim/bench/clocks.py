@@ -26,6 +26,7 @@ from ..models.pattern import LEFT_SEED, RIGHT_SEED, pattern
 from ..models.stereo_bm import stereo_bm
 from ..system.build import MEMORIES
 from .ethernet import ethernet_figures
+from .readme import write
 
 #: Width, height, disparities, block size, and the stages: "all", or "sad" for the sum of absolute differences alone.
 #: The first case is the one of the README; the second is the same with "sad"; the third and fourth are those of the
@@ -183,4 +184,5 @@ def main() -> int:
     path = build_directory() / "bench.json"
     path.write_text(json.dumps(rows, indent=2) + "\n")
     print(f"written: {path}")
+    write(rows)
     return 0

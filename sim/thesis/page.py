@@ -12,6 +12,8 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from ...soc.build.commit import commit
+from ...soc.build.pages import Page
+from ...soc.build.paths import content_key
 from . import area, clocks, maps, overflow, serial, structure, windows
 from .middlebury import CREDIT
 from .presets import CITATION, OURS, PUBLISHED, THESIS, Scale
@@ -19,6 +21,14 @@ from .section import Section
 
 SECTIONS: list[Section] = [*structure.SECTIONS, *area.SECTIONS, *clocks.SECTIONS, *serial.SECTIONS, *windows.SECTIONS,
                            *overflow.SECTIONS, *maps.SECTIONS]
+
+
+def key() -> str:
+    """Return the content key of the page: those of all measurements."""
+    return content_key(section.key(Scale()) for section in SECTIONS)
+
+
+PAGE = Page("docs/thesis.md", "thesis", key, minutes=60)
 
 HEADER = """\
 # A thesis and its counterpart
@@ -69,4 +79,4 @@ def write(sections: Iterable[tuple[Section, Path]], scale: Scale, document: Path
         parts.append(section.markdown(folder))
         for picture in sorted(folder.glob("*.png")):
             shutil.copyfile(picture, pictures / picture.name)
-    document.write_text("\n".join([*parts, f"## Images\n\n{CREDIT}\n"]))
+    document.write_text(PAGE.stamped("\n".join([*parts, f"## Images\n\n{CREDIT}\n"])))

@@ -14,14 +14,15 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from ...soc.build.paths import LITEX_PACKAGES, PACKAGE_DIR, build_directory, built_once, content_key, source_key
+from ...soc.build.paths import LITEX_PACKAGES, PACKAGE_DIR, build_directory, built_once, code_key, content_key
 from .middlebury import data_key
 from .presets import Scale
 
 PACKAGE = Path(__file__).resolve().parent
 
 #: Rooms that every measurement depends on.
-MEASURED = ("firmware", "gateware", "soc", "sim/bench", "sim/cores", "sim/models", "sim/socs", "sim/system")
+MEASURED = ("firmware", "gateware", "soc/build", "soc/parts", "soc/boards", "soc/flow", "sim/bench", "sim/cores",
+            "sim/models", "sim/socs", "sim/system")
 
 #: Files of this package that every measurement depends on, in addition to its own module.
 SHARED = ("elaborated.py", "middlebury.py", "pictures.py", "presets.py")
@@ -61,13 +62,16 @@ class Section:
         """The label as a part of file names: "table-5-1". A dot would begin a suffix."""
         return self.label.lower().replace(" ", "-").replace(".", "-")
 
+    def key(self, scale: Scale) -> str:
+        """Return the content key of the measurement, apart from the pairs that it is made on."""
+        module  = Path(self.measure.__code__.co_filename)
+        sources = [module, *(PACKAGE / name for name in (*SHARED, *self.uses)),
+                   *(PACKAGE_DIR / folder for folder in MEASURED)]
+        return content_key([repr(scale), code_key(*sources), *(version(name) for name in LITEX_PACKAGES)])
+
     def measured(self, scale: Scale) -> Path:
         """Return the folder with `result.json` and pictures; measure once for each content."""
-        module  = Path(self.measure.__code__.co_filename)
-        key     = content_key([repr(scale), module.read_bytes(),
-                               *((PACKAGE / name).read_bytes() for name in (*SHARED, *self.uses)),
-                               source_key(*(PACKAGE_DIR / folder for folder in MEASURED)),
-                               *(version(name) for name in LITEX_PACKAGES), data_key() if self.needs_pairs else ""])
+        key = content_key([self.key(scale), data_key() if self.needs_pairs else ""])
 
         def build(folder: Path) -> None:
             (folder / "result.json").write_text(json.dumps(self.measure(scale, folder), indent=1) + "\n")

