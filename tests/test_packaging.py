@@ -25,11 +25,13 @@ PROGRAM = """
 import numpy as np
 import litestereo.host_tools.cli, litestereo.sim.system.simulation, litestereo.sim.socs.simulated_soc
 from litestereo.firmware import FIRMWARE_DIR
+from litestereo.gateware.common.parameters import MatcherParameters
 from litestereo.sim.cores.cosim import CosimMatcher
 from litestereo.sim.models.stereo_bm import StereoSettings
 assert "site" in str(FIRMWARE_DIR) and (FIRMWARE_DIR / "Makefile").is_file()
 image = np.zeros((5, 24), np.uint8)
-print(CosimMatcher(24, 16, 5).match_settings(image, image, StereoSettings(16, 5))[0].shape)
+matcher = CosimMatcher(MatcherParameters(24, disparities=16, max_block_size=5))
+print(matcher.match_settings(image, image, StereoSettings(16, 5))[0].shape)
 """
 
 

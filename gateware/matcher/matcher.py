@@ -76,11 +76,11 @@ class Matcher(LiteXModule):
 
     Parameters
     ----------
-    max_width, max_height, disparities, max_block_size, features
-        What is built: see `MatcherParameters`.
+    parameters : MatcherParameters
+        What is built.
     """
-    def __init__(self, max_width=640, max_height=MAX_HEIGHT, disparities=64, max_block_size=9, features=FEATURES):
-        self.parameters = parameters = MatcherParameters(max_width, max_height, disparities, max_block_size, features)
+    def __init__(self, parameters):
+        self.parameters = parameters
         self.sink       = stream.Endpoint(pixel_pair_layout()) # Rectified pixel pairs, width x height per frame.
         self.source     = stream.Endpoint(disparity_layout())  # Disparity map, width x height pixels per frame.
 

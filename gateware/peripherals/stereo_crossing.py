@@ -32,19 +32,20 @@ class StereoPeripheralCrossing(PeripheralCSR, LiteXModule):
     ----------
     read_port, write_port : wishbone.Interface or LiteDRAMNativePort
         Ports in `sys` through which the images are read and the map is written.
+    parameters : MatcherParameters
+        Of the matcher: see `StereoPeripheral`.
     clock_domain : str
         Of matcher and DMA: a quarter of the frequency of `sys` at least. A reset must hold both for some clocks.
-    max_width, disparities, max_block_size, features, burst_bytes
+    burst_bytes, with_csr
         See `StereoPeripheral`.
     """
-    def __init__(self, read_port, write_port, clock_domain, max_width=640, disparities=64, max_block_size=9,
-        features=FEATURES, burst_bytes=128, with_csr=True):
+    def __init__(self, read_port, write_port, parameters, clock_domain, burst_bytes=128, with_csr=True):
         self.read_crossing  = read_crossing  = PortCrossing(read_port,  "read",  clock_domain, burst_bytes)
         self.write_crossing = write_crossing = PortCrossing(write_port, "write", clock_domain, burst_bytes)
         self.core = core = ClockDomainsRenamer(clock_domain)(StereoPeripheral(read_crossing, write_crossing,
-            max_width, disparities, max_block_size, features, burst_bytes, with_csr=False))
+            parameters, burst_bytes, with_csr=False))
 
-        self.parameters = core.parameters
+        self.parameters = parameters
         self.alignment  = core.alignment # Bytes.
 
         for name, bits in frame_settings():

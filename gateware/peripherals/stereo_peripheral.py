@@ -38,22 +38,30 @@ class StereoPeripheral(PeripheralCSR, LiteXModule):
     ----------
     read_port, write_port : wishbone.Interface or LiteDRAMNativePort
         Ports through which the images are read and the map is written.
-    max_width, disparities, max_block_size, features
-        Of the matcher: see `MatcherParameters`.
+    parameters : MatcherParameters
+        Of the matcher; its max_height is the largest one, as no register tells software another.
     burst_bytes : int
         Bytes that are read or written in one go.
+    with_csr : bool
+        Whether registers and interrupts are added.
+
+    Raises
+    ------
+    ValueError
+        The parameters have another max_height.
     """
-    def __init__(self, read_port, write_port, max_width=640, disparities=64, max_block_size=9, features=FEATURES,
-        burst_bytes=128, with_csr=True):
-        self.matcher = matcher = Matcher(max_width, MAX_HEIGHT, disparities, max_block_size, features)
+    def __init__(self, read_port, write_port, parameters, burst_bytes=128, with_csr=True):
+        check(parameters.max_height == MAX_HEIGHT,
+            f"max_height of the peripheral must be {MAX_HEIGHT}, not {parameters.max_height}: no register tells it.")
+        self.parameters = parameters
+        self.matcher = matcher = Matcher(parameters)
         self.reader  = reader  = PairReader(read_port, burst_bytes)
         self.writer  = writer  = StreamWriter(write_port, DISPARITY_BITS, burst_bytes)
 
         self.pairs = stream.Endpoint(pixel_pair_layout()) # Pairs of a streamed frame, the first and the last marked.
         self.map   = stream.Endpoint(disparity_layout())  # Its map, as it goes to memory; the receiver never stalls.
 
-        self.parameters = matcher.parameters
-        self.alignment  = max(word_bytes(read_port), word_bytes(write_port)) # Bytes.
+        self.alignment = max(word_bytes(read_port), word_bytes(write_port)) # Bytes.
 
         # Settings, taken over at start.
         for name, bits in frame_settings():

@@ -66,9 +66,10 @@ class GatewareMatcher:
     def __init__(self, max_width: int, disparities: int, max_block_size: int) -> None:
         self._model   = load("model")
         cosim         = load("cosim")
-        self._matcher = cosim.CosimMatcher(max_width=max_width, disparities=disparities,
-                                           max_block_size=max_block_size)
-        self.features = int(self._matcher.features)
+        parameters    = cosim.MatcherParameters(max_width=max_width, disparities=disparities,
+                                                max_block_size=max_block_size)
+        self._matcher = cosim.CosimMatcher(parameters)
+        self.features = int(parameters.feature_bits)
 
     def match(self, left: NDArray[np.uint8], right: NDArray[np.uint8], settings: MatcherSettings) -> MatchedPair:
         """Match a pair (uint8, H x W), with exact clocks."""

@@ -7,12 +7,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-
 import numpy as np
 from numpy.typing import NDArray
 
-from ...gateware.common.parameters import FEATURES
+from ...gateware.common.parameters import MatcherParameters
 from ...gateware.matcher.matcher import Matcher, matcher_settings
 from ..models.stereo_bm import StereoSettings
 from .stream_core import StreamCore
@@ -47,26 +45,13 @@ class CosimMatcher:
 
     Parameters
     ----------
-    max_width
-        Widest image, in pixels.
-    disparities
-        Lanes built: the largest number of disparities, a multiple of 16.
-    max_block_size
-        Largest block size.
-    features
-        Optional stages that are built, some of `FEATURES`.
-
-    Raises
-    ------
-    ValueError
-        The gateware cannot be built with such parameters.
+    parameters
+        What is built.
     """
-    def __init__(self, max_width: int = 1024, disparities: int = 64, max_block_size: int = 21,
-                 features: Iterable[str] = FEATURES) -> None:
-        matcher = Matcher(max_width=max_width, disparities=disparities, max_block_size=max_block_size,
-                          features=features)
-        self.features = int(matcher.parameters.feature_bits)
-        self.core     = StreamCore(matcher, [name for name, *_ in matcher_settings(matcher.parameters)] + ["reset"])
+    def __init__(self, parameters: MatcherParameters) -> None:
+        self.parameters = parameters
+        self.core       = StreamCore(Matcher(parameters),
+                                     [name for name, *_ in matcher_settings(parameters)] + ["reset"])
 
     def match_settings(self, left: NDArray[np.uint8], right: NDArray[np.uint8], settings: StereoSettings, *,
                        valid: float = 1.0, ready: float = 1.0, seed: int = 0) -> tuple[NDArray[np.int16], int, int]:

@@ -15,6 +15,7 @@ from importlib.metadata import version
 from pathlib import Path
 
 from ...firmware import FIRMWARE_DIR
+from ...gateware.common.parameters import MatcherParameters
 from ...soc.boards import BOARDS
 from ...soc.build.paths import (
     LITEX_PACKAGES,
@@ -36,7 +37,7 @@ TOOLS          = {"verilator": "verilator", "riscv64-unknown-elf-gcc": "gcc-risc
 SOURCES = ("gateware", "soc/build", "soc/parts", "soc/boards", "sim/socs")
 
 #: Parameters of the simulated matcher: every image of the Middlebury sets of 2001 and 2003 fits.
-MATCHER = {"max_width": 640, "disparities": 64, "max_block_size": 15}
+MATCHER = MatcherParameters(max_width=640, disparities=64, max_block_size=15)
 
 
 class SimulationError(RuntimeError):
@@ -62,13 +63,14 @@ def build_soc(memory: str = "integrated-ram") -> Path:
     """
     if memory not in (*MEMORIES, *BOARDS):
         raise SimulationError(f"unknown memory {memory!r}: choose one of {', '.join((*MEMORIES, *BOARDS))}")
-    key     = content_key([memory, json.dumps(MATCHER), *(version(name) for name in LITEX_PACKAGES), *COMPILATION,
+    matcher = json.dumps(vars(MATCHER), default=sorted)
+    key     = content_key([memory, matcher, *(version(name) for name in LITEX_PACKAGES), *COMPILATION,
                            code_key(*(PACKAGE_DIR / folder for folder in SOURCES))])
 
     def build(folder: Path) -> None:
         # A separate process: LiteX changes the working directory, prints, and configures logging.
         command = ["litestereo.sim.socs.simulated_board", memory, str(folder)] if memory in BOARDS else [
-            "litestereo.sim.socs.simulated_soc", memory, str(folder), json.dumps(MATCHER)]
+            "litestereo.sim.socs.simulated_soc", memory, str(folder), matcher]
         _run([sys.executable, "-m", *command, str(PACKAGE_DIR / "sim" / "socs" / "modules")], folder,
              f"the simulator of the SoC on {memory} (some minutes)")
 

@@ -32,7 +32,7 @@ def placed_mhz(scale: Scale, preset: Preset) -> float | None:
     """Return the clock, in MHz, that a preset reaches on the ECP5; None if it is not placed. Raise as `place` does."""
     if preset.features != BARE or preset.disparities > MOST_PLACED:
         return None
-    return round(place(DEVICE, CONSTRAINT_MHZ, scale.width, *preset.build).mhz, 1)
+    return round(place(DEVICE, CONSTRAINT_MHZ, preset.parameters(scale.width)).mhz, 1)
 
 
 def measure_resources(scale: Scale, folder: Path) -> dict[str, Any]:
@@ -40,7 +40,7 @@ def measure_resources(scale: Scale, folder: Path) -> dict[str, Any]:
     rows = []
     for preset in scale.presets:
         for family in FAMILIES:
-            found = resources(synthesize(emit(scale.width, *preset.build), family), family)
+            found = resources(synthesize(emit(preset.parameters(scale.width)), family), family)
             rows.append({"name": preset.name, "family": family, "mhz": None} | asdict(found))
         rows[-1]["mhz"] = placed_mhz(scale, preset)
     return {"rows": rows, "tools": tools(), "width": scale.width}

@@ -59,8 +59,8 @@ def cosim_clocks(scale: Scale, preset: Preset, sizes: Sequence[tuple[int, int]])
 
 def fits_system(scale: Scale, preset: Preset) -> bool:
     """Return whether the matcher of the simulated SoC, which has all stages, is large enough for a preset."""
-    return (scale.width <= MATCHER["max_width"] and preset.disparities <= MATCHER["disparities"]
-            and preset.block_size <= MATCHER["max_block_size"])
+    return (scale.width <= MATCHER.max_width and preset.disparities <= MATCHER.disparities
+            and preset.block_size <= MATCHER.max_block_size)
 
 
 def system_clocks(device: Device, scale: Scale, preset: Preset) -> int:

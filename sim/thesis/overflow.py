@@ -13,18 +13,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...gateware.common.parameters import MAX_BLOCK_SIZE, MIN_BLOCK_SIZE, MatcherParameters
+from ...gateware.common.parameters import MAX_BLOCK_SIZE, MIN_BLOCK_SIZE
 from ...gateware.engines.sad.block_sum import BlockSum
 from ...gateware.engines.sad.column_sum import ColumnSum
 from ...host_tools.core.images import disparity_pixels
 from ...host_tools.data.datasets import StereoPair
 from ...soc.reports.markdown import table
-from ..cores.cosim import CosimMatcher
 from ..models import stages
 from ..models.stereo_bm import stereo_bm
 from .middlebury import stereo_pair
 from .pictures import maps
-from .presets import BARE, Preset, Scale
+from .presets import Preset, Scale
 from .section import Section
 
 #: The pair of the picture, as in the thesis.
@@ -39,8 +38,7 @@ COLUMNS = 3
 
 def widths(disparities: int, block_size: int) -> dict[str, int]:
     """Return the largest sums of a column and of a block, and the bits that the elaborated cores have for them."""
-    parameters = MatcherParameters(disparities + 2*MAX_BLOCK_SIZE, disparities=disparities, max_block_size=block_size,
-                                   features=BARE)
+    parameters = Preset(disparities, block_size).parameters(disparities + 2*MAX_BLOCK_SIZE)
     return {
         "block_size":  block_size,
         "column":      block_size*parameters.largest_pixel,
@@ -69,10 +67,11 @@ def worst_case_differences(disparities: int) -> int:
     block."""
     size    = disparities + 2*MAX_BLOCK_SIZE
     black   = np.zeros((size, size), np.uint8)
-    matcher = CosimMatcher(size, disparities, MAX_BLOCK_SIZE, BARE)
+    preset  = Preset(disparities, MAX_BLOCK_SIZE)
+    matcher = preset.cosim(size)
     wrong   = 0
     for left, right in ((black, ~black), (~black, black)):
-        settings = Preset(disparities, MAX_BLOCK_SIZE).settings()
+        settings = preset.settings()
         wrong   += int((matcher.match_settings(left, right, settings)[0] != stereo_bm(left, right, settings)).sum())
     matcher.close()
     return wrong

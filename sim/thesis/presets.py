@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ...gateware.common.parameters import OPENCV_FEATURES
+from ...gateware.common.parameters import OPENCV_FEATURES, MatcherParameters
 from ..bench.clocks import NO_STAGE
 from ..cores.cosim import CosimMatcher
 from ..models.stereo_bm import StereoSettings
@@ -53,10 +53,10 @@ class Preset:
         stages = "SAD" if self.features == BARE else "all stages"
         return f"{self.block_size}x{self.block_size}, {self.disparities} disparities, {stages}"
 
-    @property
-    def build(self) -> tuple[int, int, tuple[str, ...]]:
-        """Arguments of `soc.flow.synthesis.emit`."""
-        return self.disparities, self.block_size, self.features
+    def parameters(self, max_width: int) -> MatcherParameters:
+        """Return the build-time parameters of the matcher, for frames of up to that many pixels a row."""
+        return MatcherParameters(max_width, disparities=self.disparities, max_block_size=self.block_size,
+                                 features=self.features)
 
     def settings(self) -> StereoSettings:
         """Return settings of a frame that use all stages that are built."""
@@ -68,7 +68,7 @@ class Preset:
 
     def cosim(self, max_width: int) -> CosimMatcher:
         """Build the matcher in Verilator; the caller closes it."""
-        return CosimMatcher(max_width, self.disparities, self.block_size, self.features)
+        return CosimMatcher(self.parameters(max_width))
 
 
 #: The configurations of the thesis: numbers from its abstract.

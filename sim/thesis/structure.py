@@ -11,7 +11,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from ...gateware.common.parameters import MIN_BLOCK_SIZE, PIXEL_BITS, MatcherParameters
+from ...gateware.common.parameters import MIN_BLOCK_SIZE, PIXEL_BITS
 from ...gateware.engines.sad.absolute_difference import AbsoluteDifference
 from ...gateware.engines.sad.block_sum import BlockSum
 from ...gateware.engines.sad.column_sum import ColumnSum
@@ -34,10 +34,8 @@ def held_at_once(block_size: int, pixels: int, disparities: int) -> int:
 
 def counts(width: int, preset: Preset) -> Counts:
     """Return the sizes of memories and the numbers of operators and registers of a build."""
-    parameters = MatcherParameters(max_width=width, disparities=preset.disparities, max_block_size=preset.block_size,
-                                   features=preset.features)
-    matcher    = Matcher(width, disparities=preset.disparities, max_block_size=preset.block_size,
-                         features=preset.features)
+    parameters = preset.parameters(width)
+    matcher    = Matcher(parameters)
     difference, columns, block, winner, lines = (contents(core(parameters)) for core in (
         AbsoluteDifference, ColumnSum, BlockSum, Winner, LineBuffer))
     return asdict(preset) | {

@@ -23,7 +23,7 @@ from ..cores.cosim import CosimMatcher
 from ..models import block_matching as model
 from .middlebury import stereo_pair
 from .pictures import Curve, maps, plot
-from .presets import BARE, Preset, Scale
+from .presets import Preset, Scale
 from .section import Section
 
 #: Disparities that each pair is matched with: the fewest that reach its nearest point.
@@ -45,7 +45,7 @@ def matched(matcher: CosimMatcher, pair: StereoPair, disparities: int, sizes: tu
 
 def measure_blocks(scale: Scale, folder: Path) -> dict[str, Any]:
     """Measure the maps of every block size, draw the curves and the maps of one pair."""
-    matcher = CosimMatcher(scale.max_width, max(DISPARITIES.values()), max(scale.block_sizes), BARE)
+    matcher = Preset(max(DISPARITIES.values()), max(scale.block_sizes)).cosim(scale.max_width)
     result  = {}
     for name, disparities in DISPARITIES.items():
         pair    = stereo_pair(name)

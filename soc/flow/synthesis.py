@@ -11,7 +11,6 @@ import json
 import re
 import subprocess
 import sys
-from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -19,10 +18,11 @@ from litex.gen import LiteXModule
 from litex.gen.fhdl import verilog
 from migen import Cat, ClockDomain, If, Signal, bits_for
 
-from ...gateware.matcher.matcher import Matcher, matcher_settings
-from ..build.paths               import build_directory, built_once, content_key
-from ..build.tools               import ToolError, run_logged
-from .mapping                    import without_collision_logic, without_open_carries
+from ...gateware.common.parameters import MatcherParameters
+from ...gateware.matcher.matcher   import Matcher, matcher_settings
+from ..build.paths                 import build_directory, built_once, content_key
+from ..build.tools                 import ToolError, run_logged
+from .mapping                      import without_collision_logic, without_open_carries
 
 # Families and what their primitives count as: sites of logic, carries as the sites that they take.
 FAMILIES = {
@@ -82,10 +82,9 @@ def add_shift_registers(top, inputs, outputs):
         top.data_out.eq(shifting[-1]),
     ]
 
-def emit(max_width: int, disparities: int, max_block_size: int, features: Iterable[str]) -> str:
+def emit(parameters: MatcherParameters) -> str:
     """Verilog of a matcher with that top level, module `top`, without the comments that hold the date."""
-    top = SynthesisTop(Matcher(max_width=max_width, disparities=disparities, max_block_size=max_block_size,
-        features=features))
+    top = SynthesisTop(Matcher(parameters))
     ios = {top.data_in, top.data_out, top.cd_sys.clk, top.cd_sys.rst}
     text = re.sub(r"^//.*$", "", str(verilog.convert(top, ios=ios, name="top")), flags=re.MULTILINE)
     return without_collision_logic(text)

@@ -7,7 +7,6 @@ from migen import *
 
 from litex.soc.interconnect import wishbone
 
-from ...gateware.common.parameters             import FEATURES
 from ...gateware.peripherals.stereo_crossing   import StereoPeripheralCrossing
 from ...gateware.peripherals.stereo_peripheral import StereoPeripheral
 
@@ -38,18 +37,15 @@ class BusPorts:
 class StereoMixin:
     """Gives a LiteX SoC the method `add_stereo`: `class MySoC(StereoMixin, SoCCore)`."""
 
-    def add_stereo(self, name="stereo", max_width=640, disparities=64, max_block_size=9, features=FEATURES, memory=None,
-        burst_bytes=128, clock_domain="sys"):
+    def add_stereo(self, parameters, name="stereo", memory=None, burst_bytes=128, clock_domain="sys"):
         """Add a stereo matcher with its DMA, registers and interrupt.
 
         Parameters
         ----------
+        parameters : MatcherParameters
+            What is built: widest frame, largest number of disparities, largest block size, optional stages.
         name : str
             Of the peripheral: prefix of its registers, and name of its interrupt.
-        max_width, disparities, max_block_size : int
-            What is built: widest frame, largest number of disparities, largest block size.
-        features : iterable of str
-            Optional stages that are built, some of `FEATURES`: see `MatcherParameters`.
         memory : object with `get_port(mode=...)`, optional
             Where the DMA gets its ports: `self.sdram.crossbar` of a SDRAM without L2 cache (the crossbar goes
             past it), a `WideRAM`, or by default the SoC's bus.
@@ -63,13 +59,10 @@ class StereoMixin:
             memory = BusPorts(self, name)
         crossed = clock_domain != "sys"
         stereo  = (StereoPeripheralCrossing if crossed else StereoPeripheral)(
-            read_port      = memory.get_port(mode="read"),
-            write_port     = memory.get_port(mode="write"),
-            max_width      = max_width,
-            disparities    = disparities,
-            max_block_size = max_block_size,
-            features       = features,
-            burst_bytes    = burst_bytes,
+            read_port   = memory.get_port(mode="read"),
+            write_port  = memory.get_port(mode="write"),
+            parameters  = parameters,
+            burst_bytes = burst_bytes,
             **({"clock_domain": clock_domain} if crossed else {}),
         )
         self.add_module(name=name, module=stereo)

@@ -9,10 +9,9 @@ from litex.gen import *
 
 from litex.soc.integration.soc_core import SoCCore
 
-from ...gateware.common.parameters import FEATURES
-from .add_frame_link               import FrameLinkMixin
-from .add_stereo                   import StereoMixin
-from .reset_record                 import ResetRecord
+from .add_frame_link import FrameLinkMixin
+from .add_stereo     import StereoMixin
+from .reset_record   import ResetRecord
 
 # Stereo SoC ---------------------------------------------------------------------------------------
 
@@ -27,15 +26,15 @@ class StereoSoC(StereoMixin, FrameLinkMixin, SoCCore):
         LiteX platform of the board or of the simulation.
     sys_clk_freq : int
         System clock in Hz.
-    max_width, disparities, max_block_size, features, burst_bytes, matcher_clock_domain
+    parameters, burst_bytes, matcher_clock_domain
         Of the matcher: see `StereoMixin.add_stereo`.
     name : str
         What the device calls itself, at most 15 ASCII characters.
     **kwargs
         Passed on to `SoCCore`.
     """
-    def __init__(self, platform, sys_clk_freq, max_width=640, disparities=64, max_block_size=9, features=FEATURES,
-        burst_bytes=128, matcher_clock_domain="sys", name="litestereo", **kwargs):
+    def __init__(self, platform, sys_clk_freq, parameters, burst_bytes=128,
+        matcher_clock_domain="sys", name="litestereo", **kwargs):
         soc_kwargs = dict(
             ident        = f"LiteStereo on {name}",
             cpu_type     = "vexriscv",
@@ -56,14 +55,10 @@ class StereoSoC(StereoMixin, FrameLinkMixin, SoCCore):
         self.reset_record = ResetRecord()
         self.burst_bytes  = burst_bytes
         self.memory       = memory = self.add_main_memory()
-        self.add_stereo(
-            max_width      = max_width,
-            disparities    = disparities,
-            max_block_size = max_block_size,
-            features       = features,
-            memory         = memory,
-            burst_bytes    = burst_bytes,
-            clock_domain   = matcher_clock_domain,
+        self.add_stereo(parameters,
+            memory       = memory,
+            burst_bytes  = burst_bytes,
+            clock_domain = matcher_clock_domain,
         )
         self.add_link()
 

@@ -21,6 +21,7 @@ from litex.soc.integration.doc               import ModuleDoc
 
 from liteeth.common import convert_ip
 
+from ...gateware.common.parameters             import MatcherParameters
 from ...gateware.peripherals.frame_link        import FrameLink
 from ...gateware.peripherals.stereo_peripheral import StereoPeripheral
 from ..build.paths                             import PACKAGE_DIR
@@ -44,7 +45,7 @@ EVENT_REGISTERS = {
 
 def default_peripheral() -> StereoPeripheral:
     """The peripheral with its default parameters, on Wishbone ports of 128 bits."""
-    return StereoPeripheral(*wishbone_ports())
+    return StereoPeripheral(*wishbone_ports(), MatcherParameters())
 
 def default_frame_link() -> FrameLink:
     """The frame link with its default parameters, on the same ports."""

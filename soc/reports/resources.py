@@ -9,8 +9,9 @@ from __future__ import annotations
 
 import sys
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 
-from ...gateware.common.parameters import FEATURES, OPENCV_FEATURES
+from ...gateware.common.parameters import FEATURES, OPENCV_FEATURES, MatcherParameters
 from ..build.commit                import commit
 from ..build.paths                 import PACKAGE_DIR
 from ..build.tools                 import ToolError
@@ -22,25 +23,30 @@ DOCUMENT  = PACKAGE_DIR / "docs" / "resources.md"
 MAX_WIDTH = 640
 BARE      = ("raw",)
 
-# Disparities, largest block, features: on the ECP5, and on all families.
-ECP5_BUILDS = [(disparities, 9, features) for disparities in (16, 32, 64, 128)
+def built(disparities: int, max_block_size: int, features) -> MatcherParameters:
+    """Return the parameters of a build, all of which are of one width."""
+    return MatcherParameters(MAX_WIDTH, disparities=disparities, max_block_size=max_block_size, features=features)
+
+# On the ECP5, and on all families.
+ECP5_BUILDS = [built(disparities, 9, features) for disparities in (16, 32, 64, 128)
     for features in (BARE, OPENCV_FEATURES)] + [
-    (64, 15, OPENCV_FEATURES), (64, 21, OPENCV_FEATURES), (64, 15, FEATURES), (32, 15, OPENCV_FEATURES)]
-ALL_BUILDS  = [(16, 9, BARE), (16, 9, OPENCV_FEATURES), (64, 15, OPENCV_FEATURES)]
-FULL        = (64, 15, FEATURES) # What each feature is taken from, to see what it costs.
+    built(64, 15, OPENCV_FEATURES), built(64, 21, OPENCV_FEATURES), built(64, 15, FEATURES),
+    built(32, 15, OPENCV_FEATURES)]
+ALL_BUILDS  = [built(16, 9, BARE), built(16, 9, OPENCV_FEATURES), built(64, 15, OPENCV_FEATURES)]
+FULL        = built(64, 15, FEATURES) # What each feature is taken from, to see what it costs.
 
 # What the table of memories is about; and what does not fit the smallest device, of so many block RAMs and sites.
-MEMORY_BUILD       = (64, 15, OPENCV_FEATURES)
-SMALL_DEVICE_BUILD = (64, 9, OPENCV_FEATURES)
+MEMORY_BUILD       = built(64, 15, OPENCV_FEATURES)
+SMALL_DEVICE_BUILD = built(64, 9, OPENCV_FEATURES)
 SMALL_DEVICE_BRAM  = 56
 SMALL_DEVICE_SITES = 24288
 
-# Device, constraint in MHz, disparities, largest block, features.
+# Device, constraint in MHz, build.
 PLACEMENTS = [
-    ("45k", 90, 64, 15, OPENCV_FEATURES),
-    ("45k", 90, 64, 15, FEATURES),
-    ("25k", 60, 64, 9,  ("xsobel",)),
-    ("25k", 60, 32, 15, OPENCV_FEATURES),
+    ("45k", 90, built(64, 15, OPENCV_FEATURES)),
+    ("45k", 90, built(64, 15, FEATURES)),
+    ("25k", 60, built(64, 9,  ("xsobel",))),
+    ("25k", 60, built(32, 15, OPENCV_FEATURES)),
 ]
 
 HEADER = """\
@@ -58,21 +64,26 @@ resources`.
 - {tools}; commit {commit}.
 """
 
-def name_of(features) -> str:
-    """What a set of features is called."""
-    return {BARE: "bare", OPENCV_FEATURES: "OpenCV", FEATURES: "all"}.get(tuple(features), " ".join(features))
+def name_of(build: MatcherParameters) -> str:
+    """What the features of a build are called."""
+    names = {frozenset(BARE): "bare", frozenset(OPENCV_FEATURES): "OpenCV", frozenset(FEATURES): "all"}
+    return names.get(build.features, " ".join(name for name in FEATURES if name in build.features))
 
-def synthesized(family: str, build: tuple) -> Resources:
+def cells_of(build: MatcherParameters) -> list:
+    """The cells of a table that say which build it is."""
+    return [build.disparities, build.max_block_size, name_of(build)]
+
+def synthesized(family: str, build: MatcherParameters) -> Resources:
     """Resources of a build on a family, with a line of progress."""
-    disparities, block, features = build
-    result = resources(synthesize(emit(MAX_WIDTH, disparities, block, features), family), family)
-    print(f"resources: {family}, {disparities} disparities, block {block}, {name_of(features)}: {result}", flush=True)
+    result = resources(synthesize(emit(build), family), family)
+    print(f"resources: {family}, {build.disparities} disparities, block {build.max_block_size}, {name_of(build)}: "
+        f"{result}", flush=True)
     return result
 
-def row(build: tuple, result: Resources) -> list:
+def row(build: MatcherParameters, result: Resources) -> list:
     """A build and what it takes, in all and per disparity."""
-    disparities, block, features = build
-    return [disparities, block, name_of(features), result.lut, result.cells, result.ff, f"{result.bram:g}", result.dsp,
+    disparities = build.disparities
+    return [*cells_of(build), result.lut, result.cells, result.ff, f"{result.bram:g}", result.dsp,
         round(result.lut/disparities), round(result.cells/disparities), round(result.ff/disparities),
         f"{result.bram/disparities:.2f}"]
 
@@ -82,20 +93,20 @@ COLUMNS = ["disparities", "block", "features", "LUT", "LUT cells", "FF", "BRAM",
 def feature_table(full: Resources, without: dict[str, Resources]) -> str:
     """What each feature costs: the difference between everything and everything but it."""
     rows = [[feature, full.lut - less.lut, full.ff - less.ff, f"{full.bram - less.bram:g}", full.dsp - less.dsp,
-        round((full.lut - less.lut)/FULL[0], 1)] for feature, less in without.items()]
+        round((full.lut - less.lut)/FULL.disparities, 1)] for feature, less in without.items()]
     return table(["feature", "LUT", "FF", "BRAM", "DSP", "LUT per disparity"], rows)
 
 def memory_section() -> str:
     """Every block RAM by the memory that it is a part of."""
-    disparities, block, features = MEMORY_BUILD
-    counts = block_rams(synthesize(emit(MAX_WIDTH, disparities, block, features), "ECP5"))
-    return (f"## Where the block RAMs are\n\n{disparities} disparities, block {block}, {name_of(features)}, ECP5.\n\n"
+    disparities, block, name = cells_of(MEMORY_BUILD)
+    counts = block_rams(synthesize(emit(MEMORY_BUILD), "ECP5"))
+    return (f"## Where the block RAMs are\n\n{disparities} disparities, block {block}, {name}, ECP5.\n\n"
         + table(["memory", "BRAM"], [[f"`{name}`", count] for name, count in counts.items()]))
 
 def small_device_section(result: Resources) -> str:
     """What the smallest device would have to trade."""
-    disparities, block, features = SMALL_DEVICE_BUILD
-    return (f"## The LFE5U-25F\n\n{disparities} disparities at block {block} with all of {name_of(features)}'s stages "
+    disparities, block, name = cells_of(SMALL_DEVICE_BUILD)
+    return (f"## The LFE5U-25F\n\n{disparities} disparities at block {block} with all of {name}'s stages "
         f"take {result.bram:g} block RAMs and {result.lut} sites of logic; the LFE5U-25F has {SMALL_DEVICE_BRAM} and "
         f"{SMALL_DEVICE_SITES}. It has room for half the disparities with every stage, or for all of them with few "
         "stages: see the placements below. Images of at most 512 columns would halve the blocks of the column sums, "
@@ -103,26 +114,26 @@ def small_device_section(result: Resources) -> str:
 
 def placement_row(case: tuple, result: Placement | None) -> list:
     """A placement, or that there is none."""
-    device, constraint, disparities, block, features = case
-    built = [f"LFE5U-{device.upper()[:-1]}F", disparities, block, name_of(features), constraint]
+    device, constraint, build = case
+    first = [f"LFE5U-{device.upper()[:-1]}F", *cells_of(build), constraint]
     if result is None:
-        return [*built, "does not fit", "", "", "", ""]
+        return [*first, "does not fit", "", "", "", ""]
     cells = [f"{used} of {result.sites[kind]} ({100*used//result.sites[kind]} %)" for kind, used in result.used.items()]
-    return [*built, f"{result.mhz:.1f}", *cells]
+    return [*first, f"{result.mhz:.1f}", *cells]
 
 def document() -> str:
     """The document; runs what has not been run yet."""
-    without_builds = {feature: (FULL[0], FULL[1], tuple(name for name in FEATURES if name != feature and not
-        (feature == "xsobel" and name == "texture"))) for feature in FEATURES}
+    without_builds = {feature: replace(FULL, features=FULL.features - {feature} - ({"texture"} if feature == "xsobel"
+        else set())) for feature in FEATURES}
     jobs = [("ECP5", build) for build in [*ECP5_BUILDS, *without_builds.values()]]
     jobs += [(family, build) for family in FAMILIES if family != "ECP5" for build in ALL_BUILDS]
     with ThreadPoolExecutor(2) as pool:
         results = dict(zip(jobs, pool.map(lambda job: synthesized(*job), jobs)))
-        placed  = list(pool.map(lambda case: fits(case[0], case[1], MAX_WIDTH, *case[2:]), PLACEMENTS))
+        placed  = list(pool.map(lambda case: fits(*case), PLACEMENTS))
     parts = [HEADER.format(width=MAX_WIDTH, tools=tools(), commit=commit()), "## Lattice ECP5\n",
         table(COLUMNS, [row(build, results["ECP5", build]) for build in ECP5_BUILDS]),
-        f"## What a feature costs\n\n{FULL[0]} disparities, block {FULL[1]}, ECP5: all features, minus all features "
-        "except this one. Without the prefilter there is no texture test either.\n",
+        f"## What a feature costs\n\n{FULL.disparities} disparities, block {FULL.max_block_size}, ECP5: all features, "
+        "minus all features except this one. Without the prefilter there is no texture test either.\n",
         feature_table(results["ECP5", FULL], {name: results["ECP5", build] for name, build in without_builds.items()})]
     parts += [memory_section(), small_device_section(results["ECP5", SMALL_DEVICE_BUILD])]
     for family in FAMILIES:

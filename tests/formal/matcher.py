@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from migen import Signal
 
+from litestereo.gateware.common.parameters import MatcherParameters
 from litestereo.gateware.matcher.matcher import Matcher
 
 from .proof import Proof, inside
@@ -17,10 +18,12 @@ from .streams import feed, sound, taken
 #: Features with stages of up to five clocks: longer ones pass valid on just so, and make the induction slow.
 FEATURES = {"raw", "left_right", "min_disparity"}
 
+SMALL = MatcherParameters(max_width=32, max_height=15, disparities=16, max_block_size=5, features=FEATURES)
+
 
 def matcher(make=Matcher) -> Proof:
     """Frames of any settings, and resets at any time; the map is taken when its receiver likes."""
-    core  = make(max_width=32, max_height=15, disparities=16, max_block_size=5, features=FEATURES)
+    core  = make(SMALL)
     proof = Proof(core)
     feed(proof, core.sink)
     proof.free(core.source.ready, core.reset, *(getattr(core, name) for name in

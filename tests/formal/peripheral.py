@@ -11,12 +11,15 @@ from litex.gen import LiteXModule
 from litex.soc.interconnect import csr_bus
 from migen import Cat, If, Signal
 
+from litestereo.gateware.common.parameters import MatcherParameters
 from litestereo.gateware.matcher.frame_settings import OPTIONS, frame_settings
 from litestereo.gateware.peripherals.stereo_peripheral import StereoPeripheral
 
 from . import memory
 from .proof import Proof, inside
 from .streams import counted
+
+SMALL = MatcherParameters(max_width=32, disparities=16, max_block_size=5, features={"raw"})
 
 
 class Registered(LiteXModule):
@@ -25,8 +28,7 @@ class Registered(LiteXModule):
     def __init__(self, make=StereoPeripheral) -> None:
         self.read       = memory.port()
         self.write      = memory.port()
-        self.peripheral = make(self.read, self.write, max_width=32, disparities=16, max_block_size=5,
-                               features={"raw"}, burst_bytes=8)
+        self.peripheral = make(self.read, self.write, SMALL, burst_bytes=8)
         self.bus  = csr_bus.Interface(data_width=32, address_width=14)
         self.bank = csr_bus.CSRBank(self.peripheral.get_csrs(), bus=self.bus)
 

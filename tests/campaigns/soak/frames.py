@@ -53,7 +53,7 @@ def drawn_batch(rng: np.random.Generator, count: int) -> Batch:
     least    = settings.minimum_size
     pairs    = []
     for _ in range(count):
-        most          = (MATCHER["max_width"], LARGE_ROWS) if rng.random() < 0.1 else (MOST_COLUMNS, MOST_ROWS)
+        most          = (MATCHER.max_width, LARGE_ROWS) if rng.random() < 0.1 else (MOST_COLUMNS, MOST_ROWS)
         width, height = (int(rng.integers(*ends)) for ends in zip(least, (most[0] + 1, most[1] + 1), strict=True))
         pairs.append(textured_pair(width, height, rng, int(rng.integers(1, 20))))
     return Batch(settings, pairs, [expected_map(*pair, settings) for pair in pairs])

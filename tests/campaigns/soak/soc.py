@@ -17,6 +17,7 @@ from litex.soc.integration.export import get_csr_header, get_soc_header
 from litex.soc.interconnect import wishbone
 from migen import ResetSignal, Signal
 
+from litestereo.gateware.common.parameters import MatcherParameters
 from litestereo.sim.socs.ethernet_model import EthernetPHYModel
 from litestereo.sim.socs.simulated_soc import SimulatedCRG
 from litestereo.soc.flow.mapping import with_garbage
@@ -24,7 +25,7 @@ from litestereo.soc.parts.stereo_soc import StereoSoC
 
 CLOCK_HZ = 200_000 # Few clocks in a second: the firmware's time-outs come soon.
 RAM_BITS = 64
-MATCHER  = {"max_width": 64, "disparities": 16, "max_block_size": 9, "burst_bytes": 64}
+MATCHER  = MatcherParameters(max_width=64, disparities=16, max_block_size=9)
 
 
 class Wire:
@@ -62,7 +63,7 @@ class SoakSoC(StereoSoC):
         self.own_clock = own_clock
         StereoSoC.__init__(self, SimPlatform("SIM", []), CLOCK_HZ, name="soak", cpu_type=None, cpu_variant=None,
                            ident="", with_uart=False, integrated_rom_size=0, integrated_sram_size=0,
-                           matcher_clock_domain="matcher" if own_clock else "sys", **MATCHER)
+                           matcher_clock_domain="matcher" if own_clock else "sys", parameters=MATCHER, burst_bytes=64)
         host = wishbone.Interface(data_width=32, address_width=32, addressing="word")
         self.bus.add_master(name="host", master=host)
         for name in ("adr", "dat_w", "cyc", "stb", "we", "sel"):

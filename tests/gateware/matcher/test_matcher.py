@@ -12,7 +12,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from litestereo.gateware.common.parameters import FEATURES
+from litestereo.gateware.common.parameters import FEATURES, MatcherParameters
 from litestereo.gateware.matcher.matcher import Matcher, matcher_settings
 from litestereo.sim.cores.cosim import CosimMatcher, pixel_words, signals
 from litestereo.sim.cores.stream_core import StreamCore
@@ -34,7 +34,7 @@ ALL = StereoSettings(64, 9, 2, texture_threshold=200, uniqueness_ratio=10, disp1
 @pytest.fixture(scope="module")
 def matcher():
     """As `cosim:` builds it by default."""
-    matcher = CosimMatcher(MAX_WIDTH, DISPARITIES, MAX_BLOCK)
+    matcher = CosimMatcher(MatcherParameters(MAX_WIDTH, disparities=DISPARITIES, max_block_size=MAX_BLOCK))
     yield matcher
     matcher.close()
 
@@ -128,7 +128,7 @@ def test_reset_in_mid_frame(matcher):
 @pytest.mark.parametrize("disparities", [64, 128])
 def test_one_pixel_per_clock(disparities):
     """640x480 with everything on, at any setting: 1.05 clocks a pixel at block 9; rows are out in time."""
-    matcher = CosimMatcher(640, disparities, MAX_BLOCK)
+    matcher = CosimMatcher(MatcherParameters(640, disparities=disparities, max_block_size=MAX_BLOCK))
     left, right = textured_pair(640, 480, generator(35))
     for settings, most in [(dataclasses.replace(ALL, disparities=disparities), 1.05), (StereoSettings(16, 9), 1.05),
                            (StereoSettings(disparities, 9, **BARE), 1.05),
@@ -155,7 +155,8 @@ def test_built_sizes(disparities, max_block_size, features):
     """The least and the most that can be built, a number of disparities that is no power of two, fewer stages."""
     rng       = generator(36, disparities)
     max_width = disparities + 2*max_block_size + 20
-    core      = CosimMatcher(max_width, disparities, max_block_size, features)
+    core      = CosimMatcher(MatcherParameters(max_width, disparities=disparities, max_block_size=max_block_size,
+                                               features=features))
     for used in sorted({16, disparities//2//16*16 or 16, disparities}):
         for block_size in sorted({5, max_block_size}):
             settings = without(dataclasses.replace(ALL, disparities=used, block_size=block_size), features)
@@ -200,12 +201,12 @@ def without(settings, features):
 def test_bad_parameters(parameters, message):
     """They are refused by name."""
     with pytest.raises(ValueError, match=message):
-        Matcher(**parameters)
+        MatcherParameters(**parameters)
 
 
 def test_sink_waits_for_a_frame():
     """Between frames and in reset the sink is not ready, and nothing comes out unasked."""
-    module = Matcher(64, 100, 16, 5)
+    module = Matcher(MatcherParameters(64, 100, 16, 5))
     core   = StreamCore(module, [name for name, *_ in matcher_settings(module.parameters)])
     core.set(**signals(20, 5, StereoSettings(16, 5)))
     assert len(core.run(np.zeros(0, np.uint32), 1, idle_clocks=200).words) == 0

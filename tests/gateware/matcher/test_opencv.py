@@ -11,6 +11,7 @@ import os
 
 import pytest
 
+from litestereo.gateware.common.parameters import MatcherParameters
 from litestereo.sim.cores.cosim import CosimMatcher
 from support.data import PAIRS, stereo_pair
 from support.image_pairs import awkward_pairs
@@ -33,7 +34,7 @@ class Matchers(dict[int, CosimMatcher]):
     """Built when they are first wanted."""
 
     def __missing__(self, disparities):
-        self[disparities] = CosimMatcher(1300, disparities, 21)
+        self[disparities] = CosimMatcher(MatcherParameters(1300, disparities=disparities, max_block_size=21))
         return self[disparities]
 
 

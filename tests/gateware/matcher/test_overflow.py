@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from litestereo.gateware.common.parameters import FEATURES, MAX_BLOCK_SIZE, MIN_BLOCK_SIZE, MatcherParameters
+from litestereo.gateware.common.parameters import MAX_BLOCK_SIZE, MIN_BLOCK_SIZE, MatcherParameters
 from litestereo.gateware.engines.sad.block_sum import BlockSum
 from litestereo.gateware.engines.sad.column_sum import ColumnSum
 from litestereo.sim.cores.cosim import CosimMatcher
@@ -67,7 +67,7 @@ def test_all_black_against_all_white():
     size     = DISPARITIES + 2*MAX_BLOCK_SIZE
     black    = np.zeros((size, size), np.uint8)
     grey     = np.full_like(black, WHITE)
-    matcher  = CosimMatcher(size, DISPARITIES, MAX_BLOCK_SIZE, FEATURES)
+    matcher  = CosimMatcher(MatcherParameters(size, disparities=DISPARITIES, max_block_size=MAX_BLOCK_SIZE))
     # The largest cost that one bit less would hold lies between that of a block with the grey columns and that of
     # one without: what wraps around would win.
     limit    = 2**(built(MAX_BLOCK_SIZE).cost_bits - 1)

@@ -14,7 +14,7 @@ from litex.gen import LiteXModule
 from litex.soc.interconnect import wishbone
 from migen import ClockDomain, Signal
 
-from litestereo.gateware.common.parameters import FEATURES
+from litestereo.gateware.common.parameters import FEATURES, MatcherParameters
 from litestereo.gateware.matcher.frame_settings import NO_CHECK, frame_settings
 from litestereo.gateware.peripherals.stereo_crossing import StereoPeripheralCrossing
 from litestereo.gateware.peripherals.stereo_peripheral import (
@@ -72,12 +72,17 @@ PORTS = {
 CROSSED = {f"{name} crossed": PORTS[name] for name in ("wishbone-32", "native-64")}
 
 
+def built(features):
+    """Parameters of a peripheral with these stages."""
+    return MatcherParameters(MAX_WIDTH, disparities=DISPARITIES, max_block_size=MAX_BLOCK, features=features)
+
+
 class Crossed(LiteXModule):
     """The peripheral with its matcher on a clock, and with a reset, that are inputs."""
     def __init__(self, *arguments, **options):
         self.matcher_clk, self.matcher_rst = Signal(), Signal()
         self.cd_matcher  = ClockDomain()
-        self.peripheral  = StereoPeripheralCrossing(*arguments[:2], "matcher", *arguments[2:], **options)
+        self.peripheral  = StereoPeripheralCrossing(*arguments, clock_domain="matcher", **options)
         self.comb += [self.cd_matcher.clk.eq(self.matcher_clk), self.cd_matcher.rst.eq(self.matcher_rst)]
 
 
@@ -87,7 +92,7 @@ class Bench:
         ports    = dict(zip(("read", "write"), (PORTS | CROSSED)[kind](), strict=True))
         self.crossed = kind in CROSSED
         top      = (Crossed if self.crossed else StereoPeripheral)(
-            ports["read"], ports["write"], MAX_WIDTH, DISPARITIES, MAX_BLOCK, features, burst_bytes=64, with_csr=False)
+            ports["read"], ports["write"], built(features), burst_bytes=64, with_csr=False)
         self.dut = dut = top.peripheral if self.crossed else top
         inputs   = {name: getattr(dut, name) for name in (*SETTINGS, "start", "abort")}
         outputs  = {name: getattr(dut, name)
@@ -413,6 +418,17 @@ def test_bad_settings(changes):
     bench = Bench("wishbone-32", byte_generator(21, str(changes)))
     check_refused(bench, changes)
     bench.core.close()
+
+
+@pytest.mark.parametrize("kind", ["wishbone-32", "wishbone-32 crossed"])
+def test_another_height(kind):
+    """A largest height that no register tells software is refused when the peripheral is built."""
+    parameters = MatcherParameters(MAX_WIDTH, 100, DISPARITIES, MAX_BLOCK)
+    with pytest.raises(ValueError, match="max_height of the peripheral must be 4095, not 100"):
+        if kind in CROSSED:
+            StereoPeripheralCrossing(*CROSSED[kind](), parameters, clock_domain="matcher")
+        else:
+            StereoPeripheral(*PORTS[kind](), parameters)
 
 
 def test_limits_of_settings():

@@ -9,12 +9,12 @@ import json
 
 import pytest
 
-from litestereo.gateware.common.parameters import OPENCV_FEATURES
+from litestereo.gateware.common.parameters import OPENCV_FEATURES, MatcherParameters
 from litestereo.soc.build.tools import ToolError
 from litestereo.soc.flow import synthesis
 from litestereo.soc.flow.place import Placement
 from litestereo.soc.flow.synthesis import Resources, emit, resources, tool
-from litestereo.soc.reports.resources import BARE, feature_table, placement_row, row
+from litestereo.soc.reports.resources import BARE, built, feature_table, placement_row, row
 
 
 @pytest.mark.parametrize("family, cells, expected", [
@@ -32,18 +32,20 @@ def test_counts(tmp_path, family, cells, expected):
 
 def test_rows():
     """In all, and per disparity; and what does not fit."""
-    assert row((64, 9, BARE), Resources(640, 320, 1280, 32, 0)) == [
+    assert row(built(64, 9, BARE), Resources(640, 320, 1280, 32, 0)) == [
         64, 9, "bare", 640, 320, 1280, "32", 0, 10, 5, 20, "0.50"]
     less = {"xsobel": Resources(60, 30, 40, 2, 1)}
     assert "| xsobel | 40 | 10 | 1 | 0 |" in feature_table(Resources(100, 60, 50, 3, 1), less)
-    assert "does not fit" in placement_row(("25k", 60, 64, 15, OPENCV_FEATURES), None)
-    placed = placement_row(("45k", 90, 64, 15, OPENCV_FEATURES), Placement(95.06, {"DP16KD": 63}, {"DP16KD": 108}))
+    assert "does not fit" in placement_row(("25k", 60, built(64, 15, OPENCV_FEATURES)), None)
+    placed = placement_row(("45k", 90, built(64, 15, OPENCV_FEATURES)),
+                           Placement(95.06, {"DP16KD": 63}, {"DP16KD": 108}))
     assert placed == ["LFE5U-45F", 64, 15, "OpenCV", 90, "95.1", "63 of 108 (58 %)"]
 
 
 def test_emitted_twice_it_is_the_same():
     """So that nothing is synthesized twice."""
-    assert emit(64, 16, 5, BARE) == emit(64, 16, 5, BARE)
+    parameters = MatcherParameters(64, disparities=16, max_block_size=5, features=BARE)
+    assert emit(parameters) == emit(parameters)
 
 
 def test_version_of_a_tool(tmp_path, monkeypatch):
