@@ -40,9 +40,9 @@ class StereoPeripheralCrossing(PeripheralCSR, LiteXModule):
         See `StereoPeripheral`.
     """
     def __init__(self, read_port, write_port, parameters, clock_domain, burst_bytes=128, with_csr=True):
-        self.read_crossing  = read_crossing  = PortCrossing(read_port,  "read",  clock_domain, burst_bytes)
-        self.write_crossing = write_crossing = PortCrossing(write_port, "write", clock_domain, burst_bytes)
-        self.core = core = ClockDomainsRenamer(clock_domain)(StereoPeripheral(read_crossing, write_crossing,
+        self.read_crossing  = PortCrossing(read_port,  "read",  clock_domain, burst_bytes)
+        self.write_crossing = PortCrossing(write_port, "write", clock_domain, burst_bytes)
+        self.core = core = ClockDomainsRenamer(clock_domain)(StereoPeripheral(self.read_crossing, self.write_crossing,
             parameters, burst_bytes, with_csr=False))
 
         self.parameters = parameters
@@ -62,21 +62,12 @@ class StereoPeripheralCrossing(PeripheralCSR, LiteXModule):
 
         # # #
 
-        # Settings, taken over at start: they stand still while the other side looks.
-        # ---------------------------------------------------------------------------
-        begin = Signal()
-        for name, bits in frame_settings():
-            held = Signal(bits, name=f"held_{name}")
-            self.sync += If(begin, held.eq(getattr(self, name)))
-            self.comb += getattr(core, name).eq(held)
-
-        # What crosses: pulses, and the wish to give the frame up for as long as there is one.
-        # ------------------------------------------------------------------------------------
+        begin     = Signal() # A frame is accepted: its settings are taken over.
+        aborted   = Signal() # The frame is to be given up, for as long as it is under way.
         started   = self.add_pulse("sys", clock_domain)
         done      = self.add_pulse(clock_domain, "sys")
         failed    = self.add_pulse(clock_domain, "sys")
         first_row = self.add_pulse(clock_domain, "sys")
-        aborted   = Signal()
         self.specials += MultiReg(aborted, core.abort, clock_domain)
         self.comb += [
             core.start.eq(started.o),
@@ -84,15 +75,22 @@ class StereoPeripheralCrossing(PeripheralCSR, LiteXModule):
             failed.i.eq(core.failed),
             first_row.i.eq(core.matcher.first_row),
         ]
+        self.add_settings(begin)
+        self.add_clocks(aborted, first_row)
+        self.add_frame(begin, started, done, failed)
+        if with_csr:
+            self.add_csr()
+            self.add_irq()
 
-        # Frame.
-        # ------
-        self.settle = settle = WaitTimer(SETTLE_CLOCKS)
-        self.fsm    = fsm    = FSM(reset_state="IDLE")
-        self.comb += [
-            self.busy.eq(~fsm.ongoing("IDLE")),
-            settle.wait.eq(fsm.ongoing("SETTLE")),
-        ]
+    def add_settings(self, begin):
+        """Hold the settings from `begin` on: they are constant while the other side reads them."""
+        for name, bits in frame_settings():
+            held = Signal(bits, name=f"held_{name}")
+            self.sync += If(begin, held.eq(getattr(self, name)))
+            self.comb += getattr(self.core, name).eq(held)
+
+    def add_clocks(self, aborted, first_row):
+        """Count the clocks of a frame, and remember that it is to be given up."""
         self.sync += [
             If(self.busy,
                 self.clocks.eq(self.clocks + 1),
@@ -103,6 +101,15 @@ class StereoPeripheralCrossing(PeripheralCSR, LiteXModule):
             If(first_row.o,
                 self.first_row_clocks.eq(self.clocks)
             ),
+        ]
+
+    def add_frame(self, begin, started, done, failed):
+        """Begin a frame on the other side, and wait for its end."""
+        self.settle = settle = WaitTimer(SETTLE_CLOCKS)
+        self.fsm    = fsm    = FSM(reset_state="IDLE")
+        self.comb += [
+            self.busy.eq(~fsm.ongoing("IDLE")),
+            settle.wait.eq(fsm.ongoing("SETTLE")),
         ]
         fsm.act("IDLE",
             If(self.start,
@@ -127,14 +134,10 @@ class StereoPeripheralCrossing(PeripheralCSR, LiteXModule):
             ),
             If(failed.o,
                 self.failed.eq(1),
-                NextValue(self.error_code, core.error_code),
+                NextValue(self.error_code, self.core.error_code),
                 NextState("IDLE")
             )
         )
-
-        if with_csr:
-            self.add_csr()
-            self.add_irq()
 
     def add_pulse(self, cd_from, cd_to):
         """Return a crossing for pulses of which at most one is under way."""

@@ -54,14 +54,15 @@ class StereoPeripheral(PeripheralCSR, LiteXModule):
         check(parameters.max_height == MAX_HEIGHT,
             f"max_height of the peripheral must be {MAX_HEIGHT}, not {parameters.max_height}: no register tells it.")
         self.parameters = parameters
-        self.matcher = matcher = Matcher(parameters)
-        self.reader  = reader  = PairReader(read_port, burst_bytes)
-        self.writer  = writer  = StreamWriter(write_port, DISPARITY_BITS, burst_bytes)
+        self.alignment  = max(word_bytes(read_port), word_bytes(write_port)) # Bytes.
+
+        self.matcher = Matcher(parameters)
+        self.reader  = PairReader(read_port, burst_bytes)
+        self.writer  = StreamWriter(write_port, DISPARITY_BITS, burst_bytes)
+        self.frame   = FrameSettings(parameters, self.alignment) # Settings of the frame under way.
 
         self.pairs = stream.Endpoint(pixel_pair_layout()) # Pairs of a streamed frame, the first and the last marked.
         self.map   = stream.Endpoint(disparity_layout())  # Its map, as it goes to memory; the receiver never stalls.
-
-        self.alignment = max(word_bytes(read_port), word_bytes(write_port)) # Bytes.
 
         # Settings, taken over at start.
         for name, bits in frame_settings():
@@ -80,26 +81,37 @@ class StereoPeripheral(PeripheralCSR, LiteXModule):
 
         # # #
 
-        # Settings of the frame.
-        # ----------------------
-        begin = Signal()
-        self.frame = frame = FrameSettings(self.parameters, self.alignment)
-        self.sync += If(begin, [getattr(frame, name).eq(getattr(self, name)) for name, _ in frame_settings()])
-        legal  = Signal()
+        begin = Signal() # A frame is accepted: its settings are taken over.
+        legal = Signal() # They are legal; some clocks later.
+        self.add_settings(begin, legal)
+        self.add_frame(begin, legal)
+        self.add_reset()
+        self.add_stream()
+        if with_csr:
+            self.add_csr()
+            self.add_irq()
+
+    def add_settings(self, begin, legal):
+        """Take the settings over at `begin`, check them, and hand them to the cores."""
+        frame  = self.frame
         pixels = Signal(32)
+        self.sync += If(begin, [getattr(frame, name).eq(getattr(self, name)) for name, _ in frame_settings()])
         self.sync += [
             legal.eq(frame.legal),
             pixels.eq(frame.width*frame.height),
         ]
         self.comb += [
-            reader.left_base.eq(frame.left_base),
-            reader.right_base.eq(frame.right_base),
-            reader.pixels.eq(pixels),
-            writer.base.eq(frame.disparity_base),
-        ] + [getattr(matcher, name).eq(getattr(frame, name)) for name, *_ in matcher_settings(self.parameters)]
+            self.reader.left_base.eq(frame.left_base),
+            self.reader.right_base.eq(frame.right_base),
+            self.reader.pixels.eq(pixels),
+            self.writer.base.eq(frame.disparity_base),
+        ]
+        self.comb += [getattr(self.matcher, name).eq(getattr(frame, name))
+            for name, *_ in matcher_settings(self.parameters)]
 
-        # Frame.
-        # ------
+    def add_frame(self, begin, legal):
+        """Follow a frame from start to its end, good or bad."""
+        reader, writer = self.reader, self.writer
         settle    = WaitTimer(SETTLE_CLOCKS)
         next_code = Signal(4)
         aborted   = Signal() # Remembered until the frame has begun, and can be given up.
@@ -128,7 +140,7 @@ class StereoPeripheral(PeripheralCSR, LiteXModule):
             NextValue(self.clocks, self.clocks + 1),
             If(settle.done,
                 If(legal,
-                    reader.start.eq(~frame.streamed),
+                    reader.start.eq(~self.frame.streamed),
                     writer.start.eq(1),
                     NextState("BEGIN")
                 ).Else(
@@ -143,7 +155,7 @@ class StereoPeripheral(PeripheralCSR, LiteXModule):
         )
         fsm.act("FRAME",
             NextValue(self.clocks, self.clocks + 1),
-            If(matcher.first_row,
+            If(self.matcher.first_row,
                 NextValue(self.first_row_clocks, self.clocks + 1)
             ),
             If(self.abort | aborted,
@@ -168,26 +180,26 @@ class StereoPeripheral(PeripheralCSR, LiteXModule):
             )
         )
 
+    def add_reset(self):
+        """Reset the matcher after a frame that was given up."""
         # A register: this reaches half of the FPGA.
         resetting = Signal()
-        self.sync += resetting.eq(fsm.ongoing("STOP"))
-        self.comb += matcher.reset.eq(resetting)
+        self.sync += resetting.eq(self.fsm.ongoing("STOP"))
+        self.comb += self.matcher.reset.eq(resetting)
 
-        # Stream.
-        # -------
+    def add_stream(self):
+        """Connect the matcher's streams to memory, and to `pairs` and `map` in a streamed frame."""
+        matcher  = self.matcher
+        streamed = self.frame.streamed
         self.comb += [
-            If(~frame.streamed,
-                reader.source.connect(matcher.sink)
-            ).Elif(fsm.ongoing("FRAME"),
+            If(~streamed,
+                self.reader.source.connect(matcher.sink)
+            ).Elif(self.fsm.ongoing("FRAME"),
                 self.pairs.connect(matcher.sink)
             ),
-            matcher.source.connect(writer.sink, omit={"disparity"}),
-            writer.sink.data.eq(matcher.source.disparity),
-            self.map.valid.eq(frame.streamed & matcher.source.valid & matcher.source.ready),
+            matcher.source.connect(self.writer.sink, omit={"disparity"}),
+            self.writer.sink.data.eq(matcher.source.disparity),
+            self.map.valid.eq(streamed & matcher.source.valid & matcher.source.ready),
             self.map.last.eq(matcher.source.last),
             self.map.disparity.eq(matcher.source.disparity),
         ]
-
-        if with_csr:
-            self.add_csr()
-            self.add_irq()
