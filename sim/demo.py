@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import sys
 import time
-from dataclasses import asdict
 
 import cv2
 import numpy as np
@@ -23,7 +22,7 @@ from ..host_tools.data.datasets import StereoPair, downscale, load_motorcycle
 from ..host_tools.devices.connect import Result, connect
 from ..host_tools.evaluation.metrics import measure_map, summary_texts
 from ..soc.build.paths import build_directory
-from .models.stereo_bm import StereoSettings, stereo_bm
+from .models.stereo_bm import stereo_bm
 from .system.build import SimulationError
 from .system.simulation import start_simulation
 
@@ -66,7 +65,7 @@ def main() -> int:
 
     yardstick = cv2.StereoBM_create(SETTINGS.disparities, SETTINGS.block_size)
     expected  = {"cv2.StereoBM":        np.asarray(yardstick.compute(pair.left, pair.right)),
-                 "the reference model": stereo_bm(pair.left, pair.right, StereoSettings(**asdict(SETTINGS))),
+                 "the reference model": stereo_bm(pair.left, pair.right, SETTINGS),
                  "the serial line":     serial.disparity}
     different = {name: int(np.count_nonzero(result.disparity != map_)) for name, map_ in expected.items()}
     cv2.imwrite(str(folder / "left.png"), pair.left)

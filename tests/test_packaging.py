@@ -24,14 +24,14 @@ CHECKOUT = Path(__file__).parents[1]
 PROGRAM = """
 import numpy as np
 import litestereo.host_tools.cli, litestereo.sim.system.simulation, litestereo.sim.socs.simulated_soc
+from litestereo.host_tools.core.settings import MatcherSettings
 from litestereo.firmware import FIRMWARE_DIR
 from litestereo.gateware.common.parameters import MatcherParameters
 from litestereo.sim.cores.cosim import CosimMatcher
-from litestereo.sim.models.stereo_bm import StereoSettings
 assert "site" in str(FIRMWARE_DIR) and (FIRMWARE_DIR / "Makefile").is_file()
 image = np.zeros((5, 24), np.uint8)
 matcher = CosimMatcher(MatcherParameters(24, disparities=16, max_block_size=5))
-print(matcher.match_settings(image, image, StereoSettings(16, 5))[0].shape)
+print(matcher.match_settings(image, image, MatcherSettings(16, 5))[0].shape)
 """
 
 

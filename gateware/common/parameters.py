@@ -12,27 +12,25 @@ from dataclasses import dataclass
 
 from migen import bits_for
 
+from .features import FEATURES
+from .settings import MAX_HEIGHT, MAX_WIDTH, setting
+
 # Limits -------------------------------------------------------------------------------------------
 
 PIXEL_BITS           = 8   # Grey value of a rectified camera image.
-MIN_DISPARITIES      = 16  # Also their step, as in cv2.StereoBM.
+MIN_DISPARITIES      = setting("disparities").least # Also their step, as in cv2.StereoBM.
 MAX_DISPARITIES      = 128
-MIN_BLOCK_SIZE       = 5   # As cv2.StereoBM. Below that the delay lines would also be shorter than their pipeline.
+MIN_BLOCK_SIZE       = setting("block_size").least # Below that the delay lines would be shorter than their pipeline.
 MAX_BLOCK_SIZE       = 31
-MAX_WIDTH            = 4096
-MAX_HEIGHT           = 4095
-MAX_MIN_DISPARITY    = 255
-MAX_PREFILTER_CAP    = 63  # As cv2.StereoBM.
-MAX_UNIQUENESS_RATIO = 100 # Percent.
-MAX_DISP12_MAX_DIFF  = 254 # Pixels.
-TEXTURE_BITS         = 20  # Of the texture threshold.
+MAX_MIN_DISPARITY    = setting("min_disparity").most
+MAX_PREFILTER_CAP    = setting("prefilter_cap").most
+MAX_UNIQUENESS_RATIO = setting("uniqueness_ratio").most
+MAX_DISP12_MAX_DIFF  = setting("disp12_max_diff").most
+TEXTURE_BITS         = setting("texture_threshold").bits
 
 # Features -----------------------------------------------------------------------------------------
 
-# Optional stages, in the order of their bits in the capability register.
-FEATURES = ("xsobel", "raw", "texture", "uniqueness", "subpixel", "left_right", "min_disparity", "median")
-
-# All but the median, which cv2.StereoBM does not have either.
+# All stages but the median, which cv2.StereoBM does not have either.
 OPENCV_FEATURES = FEATURES[:-1]
 
 # Parameters ---------------------------------------------------------------------------------------

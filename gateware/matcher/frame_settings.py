@@ -7,31 +7,22 @@ from migen import *
 
 from litex.gen import *
 
-from ..common import *
+from ..common          import *
+from ..common.settings import FRAME_OPTIONS, FRAME_REGISTERS, SETTINGS, setting
 
 # Frame Settings -----------------------------------------------------------------------------------
 
-NO_CHECK = 255 # As disp12_max_diff: no left-right check.
+NO_CHECK = setting("disp12_max_diff").off_in_register # No left-right check.
 
-# Settings that are a bit each of the register `options`, from bit 0 up.
-OPTIONS = ("xsobel", "subpixel", "median", "streamed")
+# Fields of the register `options`, and registers: name, bits, description.
+OPTIONS   = [(one.option, one.bits, one.register_text) for one in SETTINGS if one.option] + [
+    (one.name, one.bits, one.text) for one in FRAME_OPTIONS]
+REGISTERS = [(one.name, one.bits, one.text) for one in FRAME_REGISTERS] + [
+    (one.name, one.bits, one.register_text) for one in SETTINGS if not one.option]
 
 def frame_settings():
-    """Settings of a frame, as the registers hold them: (name, bits)."""
-    return [
-        ("left_base",         32), # Byte address of the left image.
-        ("right_base",        32), # Byte address of the right image.
-        ("disparity_base",    32), # Byte address of the map.
-        ("width",             16), # Columns.
-        ("height",            16), # Rows.
-        ("disparities",        9), # Disparities to search.
-        ("block_size",         6), # Side of the block.
-        ("min_disparity",      bits_for(MAX_MIN_DISPARITY)),
-        ("prefilter_cap",      bits_for(MAX_PREFILTER_CAP)),
-        ("texture_threshold",  TEXTURE_BITS),
-        ("uniqueness_ratio",   bits_for(MAX_UNIQUENESS_RATIO)),
-        ("disp12_max_diff",    bits_for(NO_CHECK)),
-    ] + [(name, 1) for name in OPTIONS]
+    """Return the settings of a frame, as the registers hold them: (name, bits)."""
+    return [(name, bits) for name, bits, _ in REGISTERS + OPTIONS]
 
 class FrameSettings(LiteXModule):
     """The settings of the frame under way, and whether they are legal.
@@ -64,31 +55,45 @@ class FrameSettings(LiteXModule):
             self.width  >= min_width,
             self.height <= parameters.max_height,
             self.height >= self.block_size,
-            self.disparities[:log2_int(MIN_DISPARITIES)] == 0,
-            self.disparities != 0,
             self.disparities <= parameters.disparities,
-            self.block_size[0],
-            self.block_size >= MIN_BLOCK_SIZE,
-            self.block_size <= parameters.max_block_size,
-            self.uniqueness_ratio <= MAX_UNIQUENESS_RATIO,
-            ~self.xsobel | (self.prefilter_cap != 0),
+            self.block_size  <= parameters.max_block_size,
         ] + [base[:low_bits] == 0 for base in (self.left_base, self.right_base, self.disparity_base)]
 
-        # Stages that are not built.
-        # --------------------------
+        # Ranges, and stages that are not built.
+        # --------------------------------------
         self.comb += self.left_right.eq(self.disp12_max_diff != NO_CHECK)
-        without = {
-            "xsobel":        ~self.xsobel,
-            "raw":           self.xsobel,
-            "texture":       ~self.xsobel | (self.texture_threshold == 0),
-            "uniqueness":    self.uniqueness_ratio == 0,
-            "subpixel":      ~self.subpixel,
-            "left_right":    ~self.left_right,
-            "min_disparity": self.min_disparity == 0,
-            "median":        ~self.median,
-        }
-        rules += [rule for feature, rule in without.items() if feature not in parameters.features]
+        for one in SETTINGS:
+            rules += self.rules_of_range(one) + self.rules_of_stages(one, parameters.features)
 
         kept = Signal(len(rules))
         self.sync += [bit.eq(rule) for bit, rule in zip(kept, rules)]
         self.comb += self.legal.eq(kept == 2**len(rules) - 1)
+
+    def unless_unused(self, one, rule):
+        """A rule that holds as well where the setting has no effect, as another one is off."""
+        return self.is_off(setting(one.unused_without)) | rule if one.unused_without else rule
+
+    def is_off(self, one):
+        """Whether a setting is switched off."""
+        return getattr(self, one.register) == one.off_in_register
+
+    def rules_of_range(self, one):
+        """The rules that keep a setting in its range, as far as its bits hold more than that."""
+        value = getattr(self, one.register)
+        rules = []
+        if one.step > 1:
+            rules.append(value[:log2_int(one.step)] == one.least % one.step)
+        if one.off_in_register is None and one.least > 0:
+            rules.append(value >= one.least)
+        if one.register_off is None and not one.built and one.most < 2**one.bits - 1:
+            rules.append(value <= one.most)
+        return [self.unless_unused(one, rule) for rule in rules]
+
+    def rules_of_stages(self, one, features):
+        """The rules that a setting needs no stage that is not built."""
+        rules = []
+        if one.feature and one.feature not in features:
+            rules.append(self.unless_unused(one, self.is_off(one)))
+        if one.off_feature and one.off_feature not in features:
+            rules.append(~self.is_off(one))
+        return rules

@@ -10,20 +10,27 @@ from __future__ import annotations
 import argparse
 import dataclasses
 
-from ..core.settings import DEFAULT_BLOCK_SIZE, DEFAULT_DISPARITIES, DISPARITY_STEP, PREFILTERS, RANGES, MatcherSettings
+from ..core.settings import RULES, MatcherSettings
 from ..core.speckle import SpeckleFilter
 from .arguments import natural, setting
 
-_HELP = {
-    "min_disparity":     "smallest disparity in pixels",
-    "prefilter_cap":     "largest slope that the prefilter keeps",
-    "texture_threshold": "least sum of the prefilter's slopes in a block",
-    "uniqueness_ratio":  "percent by which the cost of any other disparity must be larger, 0 for no test",
-    "disp12_max_diff":   "largest difference in the left-right check in pixels, -1 for no check",
-}
+#: What stands for a number of the default if each device has a limit of its own.
+_LIMITS = {"disparities": "the device's number", "block_size": "the device's largest"}
 
-#: Names of the settings that an argument may change.
-_SETTINGS = [field.name for field in dataclasses.fields(MatcherSettings)]
+
+def _help(name: str) -> str:
+    """Return the help of a setting: what it is, its range and its default."""
+    rule, default = RULES[name], getattr(MatcherSettings(), name)
+    text = rule.text
+    if rule.values:
+        return f"{text} (default: {rule.values[rule.default]})"
+    if rule.most is None:
+        kind = f"a multiple of {rule.step}" if rule.step > 2 else "odd"
+        return f"{text}, {kind} (default: {default}, or {_LIMITS[name]} if that is less)"
+    least = 0 if rule.off is not None and rule.off < 0 else rule.least
+    unit  = f" {rule.unit}" if rule.unit else ""
+    off   = f", {rule.off} for {rule.off_text}" if rule.off_text else ""
+    return f"{text}, {least} to {rule.most}{unit}{off} (default: {default})".replace("%", "%%")
 
 
 def add_settings(parser: argparse.ArgumentParser, speckle: bool = True) -> None:
@@ -31,26 +38,18 @@ def add_settings(parser: argparse.ArgumentParser, speckle: bool = True) -> None:
 
     With `speckle` those of the speckle filter, which runs on this host, are added too.
     """
-    group   = parser.add_argument_group("matching", "Defaults are cv2.StereoBM's, except the block size: "
-                                                    f"{DEFAULT_BLOCK_SIZE}, OpenCV's is 21.\nA stage that the device "
-                                                    "was built without is off.")
-    default = MatcherSettings()
-    group.add_argument("--disparities", metavar="N", type=setting("disparities"),
-                       help=f"number of disparities searched, a multiple of {DISPARITY_STEP} (default: "
-                            f"{DEFAULT_DISPARITIES}, or the device's number if that is less)")
-    group.add_argument("--block-size", metavar="N", type=setting("block_size"),
-                       help=f"side of the block in pixels, odd (default: {DEFAULT_BLOCK_SIZE}, or the device's largest "
-                            "if that is less)")
-    group.add_argument("--prefilter", choices=PREFILTERS,
-                       help=f"prefilter; without one there is no texture test (default: {default.prefilter})")
-    for name, text in _HELP.items():
-        least, most = RANGES[name]
-        group.add_argument(f"--{name.replace('_', '-')}", metavar="N", type=setting(name),
-                           help=f"{text}, {least} to {most} (default: {getattr(default, name)})")
-    group.add_argument("--subpixel", action=argparse.BooleanOptionalAction,
-                       help="sixteenths of a pixel, or whole pixels (default: sixteenths)")
-    group.add_argument("--median", action=argparse.BooleanOptionalAction,
-                       help="3x3 median of the map (default: none)")
+    block = RULES["block_size"]
+    group = parser.add_argument_group("matching", "Defaults are cv2.StereoBM's, except the block size: "
+                                                  f"{block.default}, OpenCV's is {block.opencv_default}.\nA stage that "
+                                                  "the device was built without is off.")
+    for name, rule in RULES.items():
+        option = f"--{name.replace('_', '-')}"
+        if rule.choice:
+            group.add_argument(option, choices=rule.values, help=_help(name))
+        elif rule.values:
+            group.add_argument(option, action=argparse.BooleanOptionalAction, help=_help(name))
+        else:
+            group.add_argument(option, metavar="N", type=setting(name), help=_help(name))
     if not speckle:
         return
     group.add_argument("--speckle-window", metavar="N", type=natural, default=0,
@@ -62,7 +61,7 @@ def add_settings(parser: argparse.ArgumentParser, speckle: bool = True) -> None:
 
 def chosen_settings(options: argparse.Namespace, default: MatcherSettings) -> MatcherSettings:
     """Return the settings of a command line; those that it does not name are of `default`."""
-    given = {name: getattr(options, name) for name in _SETTINGS if getattr(options, name) is not None}
+    given = {name: getattr(options, name) for name in RULES if getattr(options, name) is not None}
     return dataclasses.replace(default, **given)
 
 

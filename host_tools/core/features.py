@@ -7,38 +7,9 @@
 
 from __future__ import annotations
 
-import enum
+from .features_table import ALL_STAGES, DESCRIPTIONS, Feature
 
-
-class Feature(enum.IntFlag):
-    """What a device was built with: the bits of its capability word. All up to MEDIAN are stages of the matcher."""
-
-    XSOBEL        = 1 << 0
-    RAW           = 1 << 1
-    TEXTURE       = 1 << 2
-    UNIQUENESS    = 1 << 3
-    SUBPIXEL      = 1 << 4
-    LEFT_RIGHT    = 1 << 5
-    MIN_DISPARITY = 1 << 6
-    MEDIAN        = 1 << 7
-    STREAMING     = 1 << 8
-    UPDATE        = 1 << 9
-
-
-#: Every stage that there is.
-ALL_FEATURES = Feature(0xff)
-
-#: What each stage is for, in a few words.
-DESCRIPTIONS = {
-    Feature.XSOBEL:        "the XSOBEL prefilter",
-    Feature.RAW:           "matching without prefilter",
-    Feature.TEXTURE:       "the texture test",
-    Feature.UNIQUENESS:    "the uniqueness test",
-    Feature.SUBPIXEL:      "fractions of a pixel",
-    Feature.LEFT_RIGHT:    "the left-right check",
-    Feature.MIN_DISPARITY: "a smallest disparity above 0",
-    Feature.MEDIAN:        "the median",
-}
+__all__ = ["ALL_STAGES", "DESCRIPTIONS", "Feature", "feature_names"]
 
 
 def feature_names(features: int) -> list[str]:

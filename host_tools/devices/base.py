@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.errors import DeviceError, ImageError, UnsupportedError
-from ..core.features import ALL_FEATURES, DESCRIPTIONS, Feature
+from ..core.features import ALL_STAGES, DESCRIPTIONS, Feature
 from ..core.settings import DEFAULT_BLOCK_SIZE, DEFAULT_DISPARITIES, MatcherSettings
 from ..link.settings import LinkCounters
 
@@ -59,7 +59,7 @@ class DeviceInfo:
     max_block_size:   int
     slots:            int = 1
     sys_clk_hz:       int = 0
-    features:         int = int(ALL_FEATURES)
+    features:         int = int(ALL_STAGES)
     gateware_version: str = ""
     firmware_version: str = ""
 
@@ -72,7 +72,7 @@ class DeviceInfo:
     @property
     def missing_features(self) -> Feature:
         """Return the stages that the device was built without."""
-        return ALL_FEATURES & ~Feature(self.features & ALL_FEATURES)
+        return ALL_STAGES & ~Feature(self.features & ALL_STAGES)
 
     def check(self, width: int, height: int, settings: MatcherSettings) -> None:
         """Check that the device can match images of `width` x `height` pixels with `settings`.

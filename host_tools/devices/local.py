@@ -10,7 +10,6 @@ from __future__ import annotations
 import subprocess
 import time
 from collections.abc import Iterable, Iterator
-from dataclasses import asdict
 from typing import Protocol
 
 import numpy as np
@@ -18,6 +17,7 @@ from numpy.typing import NDArray
 
 from ..core.errors import DeviceError, UrlError
 from ..core.settings import DEFAULT_DISPARITIES, DISPARITY_STEP, MIN_BLOCK_SIZE, MatcherSettings
+from ..core.settings_table import MAX_HEIGHT
 from ..link.urls import DeviceUrl
 from .base import Device, DeviceInfo, Pair, Progress, Result, check_pair
 from .registry import load
@@ -29,7 +29,7 @@ _MODEL_MAX_BLOCK_SIZE  = 51
 
 #: What the simulated gateware is built for unless the URL says otherwise.
 _COSIM_MAX_WIDTH      = 1024
-_COSIM_MAX_HEIGHT     = 4095
+_COSIM_MAX_HEIGHT     = MAX_HEIGHT
 _COSIM_MAX_BLOCK_SIZE = 21
 
 #: Disparity map (int16, H x W, sixteenths of a pixel), clocks, and clocks up to the first row; None if not counted.
@@ -54,7 +54,7 @@ class ModelMatcher:
 
     def match(self, left: NDArray[np.uint8], right: NDArray[np.uint8], settings: MatcherSettings) -> MatchedPair:
         """Match a pair (uint8, H x W), without clocks."""
-        return self._model.stereo_bm(left, right, self._model.StereoSettings(**asdict(settings))), None, None
+        return self._model.stereo_bm(left, right, settings), None, None
 
     def close(self) -> None:
         """Do nothing: the model holds nothing."""
@@ -64,7 +64,6 @@ class GatewareMatcher:
     """The gateware's Verilog in Verilator; raises what `sim.cores.cosim.CosimMatcher` raises."""
 
     def __init__(self, max_width: int, disparities: int, max_block_size: int) -> None:
-        self._model   = load("model")
         cosim         = load("cosim")
         parameters    = cosim.MatcherParameters(max_width=max_width, disparities=disparities,
                                                 max_block_size=max_block_size)
@@ -73,7 +72,7 @@ class GatewareMatcher:
 
     def match(self, left: NDArray[np.uint8], right: NDArray[np.uint8], settings: MatcherSettings) -> MatchedPair:
         """Match a pair (uint8, H x W), with exact clocks."""
-        matched: MatchedPair = self._matcher.match_settings(left, right, self._model.StereoSettings(**asdict(settings)))
+        matched: MatchedPair = self._matcher.match_settings(left, right, settings)
         return matched
 
     def close(self) -> None:

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.errors import SettingsError, UnsupportedError
-from ..core.settings import MatcherSettings
+from ..core.settings import RULES, MatcherSettings
 from ..core.speckle import SpeckleFilter
 from .connect import Device, connect
 
@@ -29,8 +29,8 @@ if TYPE_CHECKING:
 PREFILTER_NORMALIZED_RESPONSE = 0
 PREFILTER_XSOBEL              = 1
 
-#: What cv2.StereoBM_create(0) means.
-_DEFAULT_DISPARITIES = 64
+#: cv2.StereoBM's defaults by our names; its number of disparities is also what cv2.StereoBM_create(0) means.
+_DEFAULTS = {name: rule.opencv_default for name, rule in RULES.items()}
 
 Rectangle = tuple[int, int, int, int]
 
@@ -49,22 +49,22 @@ class StereoBM:
         See `setNumDisparities` and `setBlockSize`.
     """
 
-    def __init__(self, device: str | Device, num_disparities: int = _DEFAULT_DISPARITIES,
-                 block_size: int = 21) -> None:
+    def __init__(self, device: str | Device, num_disparities: int = _DEFAULTS["disparities"],
+                 block_size: int = _DEFAULTS["block_size"]) -> None:
         self._url    = device if isinstance(device, str) else ""
         self._device = None if isinstance(device, str) else device
         self._values = {
-            "MinDisparity":      0,
-            "NumDisparities":    num_disparities or _DEFAULT_DISPARITIES,
+            "MinDisparity":      _DEFAULTS["min_disparity"],
+            "NumDisparities":    num_disparities or _DEFAULTS["disparities"],
             "BlockSize":         block_size,
             "SpeckleWindowSize": 0,
             "SpeckleRange":      0,
-            "Disp12MaxDiff":     -1,
+            "Disp12MaxDiff":     _DEFAULTS["disp12_max_diff"],
             "PreFilterType":     PREFILTER_XSOBEL,
             "PreFilterSize":     9,
-            "PreFilterCap":      31,
-            "TextureThreshold":  10,
-            "UniquenessRatio":   15,
+            "PreFilterCap":      _DEFAULTS["prefilter_cap"],
+            "TextureThreshold":  _DEFAULTS["texture_threshold"],
+            "UniquenessRatio":   _DEFAULTS["uniqueness_ratio"],
         }
         self._rois: dict[str, Rectangle] = {"ROI1": (0, 0, 0, 0), "ROI2": (0, 0, 0, 0)}
 
@@ -256,6 +256,7 @@ class StereoBM:
         self._rois["ROI2"] = value
 
 
-def StereoBM_create(numDisparities: int = 0, blockSize: int = 21, *, device: str | Device = "sim:") -> StereoBM:
+def StereoBM_create(numDisparities: int = 0, blockSize: int = _DEFAULTS["block_size"], *,
+                    device: str | Device = "sim:") -> StereoBM:
     """Return a `StereoBM`, as `cv2.StereoBM_create` does; `device` is a URL, or an open device."""
     return StereoBM(device, numDisparities, blockSize)

@@ -19,10 +19,11 @@ import rich.console
 import rich.table
 
 from ...host_tools.core.errors import LiteStereoError
+from ...host_tools.core.settings import MatcherSettings
 from ...host_tools.devices.connect import Device, connect
 from ...soc.build.paths import build_directory
 from ..models.pattern import LEFT_SEED, RIGHT_SEED, pattern
-from ..models.stereo_bm import StereoSettings, stereo_bm
+from ..models.stereo_bm import stereo_bm
 from ..system.build import MEMORIES
 from .ethernet import ethernet_figures
 
@@ -36,10 +37,10 @@ CASES = [(640, 480, 64, 9, "all"), (640, 480, 64, 9, "sad"), (640, 480, 16, 9, "
 CPU_CASE = (160, 32, 64, 9, "sad")
 
 #: The settings of "all", in which every stage has an effect; firmware/app/commands.c has the same.
-ALL_STAGES = StereoSettings(min_disparity=3, texture_threshold=60, uniqueness_ratio=5, disp12_max_diff=1, median=True)
+ALL_STAGES = MatcherSettings(min_disparity=3, texture_threshold=60, uniqueness_ratio=5, disp12_max_diff=1, median=True)
 
 #: The settings of "sad".
-NO_STAGE = StereoSettings(prefilter="none", texture_threshold=0, uniqueness_ratio=0, subpixel=False)
+NO_STAGE = MatcherSettings(prefilter="none", texture_threshold=0, uniqueness_ratio=0, subpixel=False)
 
 #: Longest wait for a measurement, in seconds. Most of it is the CPU, which fills the images and sums the map.
 TIMEOUT_S = 300.0

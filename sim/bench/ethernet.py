@@ -18,7 +18,7 @@ from ...host_tools.core.settings import MatcherSettings
 from ...host_tools.devices.connect import connect
 from ...host_tools.protocol.messages import CHUNK_BYTES, REPLY, MessageType
 from ..models.pattern import LEFT_SEED, RIGHT_SEED, pattern
-from ..models.stereo_bm import StereoSettings, stereo_bm
+from ..models.stereo_bm import stereo_bm
 from ..system.capture import Captured, read_capture
 from ..system.simulation import SYS_CLK_HZ, start_simulation
 
@@ -72,8 +72,7 @@ def measure_flow(case: EthernetCase) -> Flow:
     """
     # Successive frames differ, so that a wrong frame is noticed.
     pairs    = [(pattern(WIDTH, HEIGHT, LEFT_SEED + 2*n), pattern(WIDTH, HEIGHT, RIGHT_SEED + 2*n)) for n in range(2)]
-    settings = StereoSettings(SETTINGS.disparities, SETTINGS.block_size)
-    expected = [stereo_bm(left, right, settings) for left, right in pairs]
+    expected = [stereo_bm(left, right, SETTINGS) for left, right in pairs]
     with tempfile.TemporaryDirectory() as folder:
         capture = Path(folder) / "wire.pcap"
         with (start_simulation(case.ram, byte_clock_hz=round(case.ratio*SYS_CLK_HZ), capture=capture) as simulation,

@@ -12,8 +12,10 @@ from numpy.typing import NDArray
 
 from ...gateware.common.parameters import MatcherParameters
 from ...gateware.matcher.matcher import Matcher, matcher_settings
-from ..models.stereo_bm import StereoSettings
+from ..models.settings import Settings
 from .stream_core import StreamCore
+
+__all__ = ["CosimMatcher", "MatcherParameters", "pixel_words", "signals"]
 
 
 def pixel_words(left: NDArray[np.uint8], right: NDArray[np.uint8]) -> NDArray[np.uint32]:
@@ -21,7 +23,7 @@ def pixel_words(left: NDArray[np.uint8], right: NDArray[np.uint8]) -> NDArray[np
     return left.astype(np.uint32).ravel() | right.astype(np.uint32).ravel() << 8
 
 
-def signals(width: int, height: int, settings: StereoSettings) -> dict[str, int]:
+def signals(width: int, height: int, settings: Settings) -> dict[str, int]:
     """Return the values of the matcher's Signals for the settings of a frame."""
     return {
         "width":             width,
@@ -53,7 +55,7 @@ class CosimMatcher:
         self.core       = StreamCore(Matcher(parameters),
                                      [name for name, *_ in matcher_settings(parameters)] + ["reset"])
 
-    def match_settings(self, left: NDArray[np.uint8], right: NDArray[np.uint8], settings: StereoSettings, *,
+    def match_settings(self, left: NDArray[np.uint8], right: NDArray[np.uint8], settings: Settings, *,
                        valid: float = 1.0, ready: float = 1.0, seed: int = 0) -> tuple[NDArray[np.int16], int, int]:
         """Match one pair.
 

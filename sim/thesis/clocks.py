@@ -8,13 +8,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ...host_tools.core.settings import MatcherSettings
 from ...host_tools.devices.connect import Device, connect
 from ...soc.reports.markdown import table
 from ..models.pattern import LEFT_SEED, RIGHT_SEED, pattern
@@ -67,7 +65,7 @@ def system_clocks(device: Device, scale: Scale, preset: Preset) -> int:
     """Return the clocks of a frame from memory to memory on a device; raise WrongMap if its map is wrong."""
     settings    = preset.settings()
     left, right = (pattern(scale.width, scale.height, seed) for seed in (LEFT_SEED, RIGHT_SEED))
-    result      = device.compute(left, right, MatcherSettings(**asdict(settings)))
+    result      = device.compute(left, right, settings)
     if not np.array_equal(result.disparity, stereo_bm(left, right, settings)):
         raise WrongMap(f"the full system's map of {preset.name} is not the model's")
     return result.clocks or 0

@@ -20,7 +20,7 @@ from ...host_tools.core.images import disparity_pixels
 from ...host_tools.data.datasets import StereoPair
 from ...soc.reports.markdown import table
 from ..models import stages
-from ..models.stereo_bm import stereo_bm
+from ..models.stereo_bm import stereo_bm, used_columns
 from .middlebury import stereo_pair
 from .pictures import maps
 from .presets import Preset, Scale
@@ -52,7 +52,7 @@ def wrapped_map(pair: StereoPair, preset: Preset, bits: int) -> NDArray[np.int16
     """Return the map (int16, H x W, sixteenths) of a matcher whose sums of a block have only so many bits."""
     settings = preset.settings()
     height, width = pair.left.shape
-    columns  = settings.columns(width)
+    columns  = used_columns(width, settings)
     costs    = stages.block_costs(pair.left, pair.right, columns) & ((1 << bits) - 1)
     margin   = preset.block_size//2
     disparity = np.full((height, width), settings.invalid, np.int16)

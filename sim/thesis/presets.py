@@ -10,9 +10,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ...gateware.common.parameters import OPENCV_FEATURES, MatcherParameters
+from ...host_tools.core.settings import MatcherSettings
 from ..bench.clocks import NO_STAGE
 from ..cores.cosim import CosimMatcher
-from ..models.stereo_bm import StereoSettings
 
 #: The thesis.
 CITATION = ("D. Citron: Stereo Vision System Module for Low-Cost FPGAs for Autonomous Mobile Robots. Master's thesis, "
@@ -58,13 +58,13 @@ class Preset:
         return MatcherParameters(max_width, disparities=self.disparities, max_block_size=self.block_size,
                                  features=self.features)
 
-    def settings(self) -> StereoSettings:
+    def settings(self) -> MatcherSettings:
         """Return settings of a frame that use all stages that are built."""
         if self.features == BARE:
-            return StereoSettings(self.disparities, self.block_size, prefilter=NO_STAGE.prefilter,
+            return MatcherSettings(self.disparities, self.block_size, prefilter=NO_STAGE.prefilter,
                                   texture_threshold=NO_STAGE.texture_threshold,
                                   uniqueness_ratio=NO_STAGE.uniqueness_ratio, subpixel=NO_STAGE.subpixel)
-        return StereoSettings(self.disparities, self.block_size, disp12_max_diff=1)
+        return MatcherSettings(self.disparities, self.block_size, disp12_max_diff=1)
 
     def cosim(self, max_width: int) -> CosimMatcher:
         """Build the matcher in Verilator; the caller closes it."""

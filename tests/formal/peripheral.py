@@ -12,7 +12,7 @@ from litex.soc.interconnect import csr_bus
 from migen import Cat, If, Signal
 
 from litestereo.gateware.common.parameters import MatcherParameters
-from litestereo.gateware.matcher.frame_settings import OPTIONS, frame_settings
+from litestereo.gateware.matcher.frame_settings import REGISTERS, frame_settings
 from litestereo.gateware.peripherals.stereo_peripheral import StereoPeripheral
 
 from . import memory
@@ -51,7 +51,7 @@ def peripheral(make=StereoPeripheral) -> Proof:
     ev = core.ev
 
     # Registers.
-    storages = {name: getattr(core, f"_{name}") for name, _ in frame_settings() if name not in OPTIONS}
+    storages = {name: getattr(core, f"_{name}") for name, *_ in REGISTERS}
     for name, storage in {**storages, "options": core._options, "enable": ev.enable}.items():
         proof.prove(f"{name} changes by its own write alone", ~proof.started | proof.past(top.written(storage))
                     | (storage.storage == proof.past(storage.storage)))

@@ -7,7 +7,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Callable
 
 import numpy as np
@@ -15,7 +14,7 @@ from numpy.typing import NDArray
 
 from litestereo.host_tools.core.settings import MatcherSettings
 from litestereo.host_tools.devices.base import Pair, Result
-from litestereo.sim.models.stereo_bm import StereoSettings, stereo_bm
+from litestereo.sim.models.stereo_bm import stereo_bm
 
 #: What the tests of the links match with, unless they say otherwise.
 SETTINGS = MatcherSettings(32, 7)
@@ -23,7 +22,7 @@ SETTINGS = MatcherSettings(32, 7)
 
 def expected_map(left: NDArray[np.uint8], right: NDArray[np.uint8], settings: MatcherSettings) -> NDArray[np.int16]:
     """The reference model's map of a pair."""
-    return stereo_bm(left, right, StereoSettings(**dataclasses.asdict(settings)))
+    return stereo_bm(left, right, settings)
 
 
 def expect(result: Result, pair: Pair, settings: MatcherSettings = SETTINGS,

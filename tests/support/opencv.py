@@ -11,11 +11,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from litestereo.sim.models.stereo_bm import StereoSettings
+from litestereo.sim.models.settings import Settings
+from litestereo.sim.models.stereo_bm import invalid_value, used_columns
 
 
 def opencv_map(left: NDArray[np.uint8], right: NDArray[np.uint8],
-               settings: StereoSettings) -> NDArray[np.int16]:
+               settings: Settings) -> NDArray[np.int16]:
     """OpenCV's disparity map; of the settings those that it has."""
     matcher = cv2.StereoBM_create(settings.disparities, settings.block_size)
     matcher.setMinDisparity(settings.min_disparity)
@@ -26,10 +27,10 @@ def opencv_map(left: NDArray[np.uint8], right: NDArray[np.uint8],
     return np.asarray(matcher.compute(left, right), np.int16)
 
 
-def defined_region(shape: tuple[int, int], settings: StereoSettings) -> tuple[slice, slice]:
+def defined_region(shape: tuple[int, int], settings: Settings) -> tuple[slice, slice]:
     """Rows and columns of an H x W map that OpenCV 5.0.0 gives a value of its own."""
     height, width = shape
-    columns       = settings.columns(width)
+    columns       = used_columns(width, settings)
     if columns.first >= width or columns.right_first >= width or columns.count < 1:
         return slice(height), slice(width)  # Nothing to match: all invalid.
     if columns.valid.start >= columns.valid.stop:
@@ -42,9 +43,9 @@ def defined_region(shape: tuple[int, int], settings: StereoSettings) -> tuple[sl
 
 
 def same_as_opencv(disparity: NDArray[np.int16], left: NDArray[np.uint8], right: NDArray[np.uint8],
-                   settings: StereoSettings) -> None:
+                   settings: Settings) -> None:
     """Requires that a map is OpenCV's on every pixel that OpenCV defines, and invalid on the others."""
-    expected = np.full(left.shape, settings.invalid, np.int16)
+    expected = np.full(left.shape, invalid_value(settings), np.int16)
     region   = defined_region((left.shape[0], left.shape[1]), settings)
     expected[region] = opencv_map(left, right, settings)[region]
     wrong    = np.argwhere(disparity != expected)

@@ -9,14 +9,22 @@ from __future__ import annotations
 
 import numpy as np
 
-from litestereo.sim.models.stereo_bm import StereoSettings
+from litestereo.host_tools.core.settings import MatcherSettings
+
+
+class UncheckedSettings(MatcherSettings):
+    """Settings that need not be in the range of any device: the model's is OpenCV's, with disparities below zero."""
+
+    def __post_init__(self) -> None:
+        """Check nothing."""
 
 
 def drawn_settings(rng: np.random.Generator, largest_block: int = 21, largest_range: int = 64,
-                   min_disparity: int | None = None) -> StereoSettings:
+                   min_disparity: int | None = None) -> MatcherSettings:
     """Settings anywhere in the range that OpenCV computes without an error of its own."""
     wide = rng.random() < 0.3
-    return StereoSettings(
+    make = MatcherSettings if min_disparity is None or min_disparity >= 0 else UncheckedSettings
+    return make(
         disparities       = int(rng.integers(1, largest_range // 16 + 1))*16,
         block_size        = int(rng.integers(2, largest_block // 2 + 1))*2 + 1,
         min_disparity     = int(rng.choice([0, 0, 0, 1, 5, 40]) if min_disparity is None else min_disparity),
@@ -27,9 +35,9 @@ def drawn_settings(rng: np.random.Generator, largest_block: int = 21, largest_ra
     )
 
 
-def any_settings(rng: np.random.Generator, largest_block: int = 21, largest_range: int = 64) -> StereoSettings:
+def any_settings(rng: np.random.Generator, largest_block: int = 21, largest_range: int = 64) -> MatcherSettings:
     """Settings anywhere in the range of the gateware, which is wider than that of OpenCV."""
-    return StereoSettings(
+    return MatcherSettings(
         disparities       = int(rng.integers(1, largest_range // 16 + 1))*16,
         block_size        = int(rng.integers(2, largest_block // 2 + 1))*2 + 1,
         min_disparity     = int(rng.choice([0, 0, 1, 7, 30])),

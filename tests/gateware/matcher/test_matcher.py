@@ -14,9 +14,10 @@ import pytest
 
 from litestereo.gateware.common.parameters import FEATURES, MatcherParameters
 from litestereo.gateware.matcher.matcher import Matcher, matcher_settings
+from litestereo.host_tools.core.settings import MatcherSettings
 from litestereo.sim.cores.cosim import CosimMatcher, pixel_words, signals
 from litestereo.sim.cores.stream_core import StreamCore
-from litestereo.sim.models.stereo_bm import StereoSettings, stereo_bm
+from litestereo.sim.models.stereo_bm import stereo_bm
 from support.data import FOLDERS, stereo_pair
 from support.image_pairs import awkward_pairs
 from support.pairs import generator, textured_pair
@@ -28,7 +29,7 @@ MAX_WIDTH, DISPARITIES, MAX_BLOCK = 1024, 64, 21
 BARE = {"prefilter": "none", "texture_threshold": 0, "uniqueness_ratio": 0, "subpixel": False}
 
 #: Everything that there is.
-ALL = StereoSettings(64, 9, 2, texture_threshold=200, uniqueness_ratio=10, disp12_max_diff=1, median=True)
+ALL = MatcherSettings(64, 9, 2, texture_threshold=200, uniqueness_ratio=10, disp12_max_diff=1, median=True)
 
 
 @pytest.fixture(scope="module")
@@ -67,7 +68,7 @@ def test_block_matching_alone(matcher, name):
     pair = stereo_pair(name)
     for block_size in (5, 7, 9, 15):
         for disparities in (16, 32, 64):
-            check(matcher, pair.left, pair.right, StereoSettings(disparities, block_size, **BARE))
+            check(matcher, pair.left, pair.right, MatcherSettings(disparities, block_size, **BARE))
 
 
 @pytest.mark.parametrize("disparities", range(16, DISPARITIES + 1, 16))
@@ -76,7 +77,7 @@ def test_smallest_image(matcher, disparities, min_disparity):
     """One pixel that can have a disparity, in the place where cv2.StereoBM has it."""
     for block_size in range(5, MAX_BLOCK + 1, 2):
         for disp12_max_diff in (-1, 0):
-            settings      = StereoSettings(disparities, block_size, min_disparity, disp12_max_diff=disp12_max_diff,
+            settings      = MatcherSettings(disparities, block_size, min_disparity, disp12_max_diff=disp12_max_diff,
                                            **BARE)
             width, height = settings.minimum_size
             left, right   = textured_pair(width, height, generator(31, disparities, block_size))
@@ -91,7 +92,7 @@ def test_widest_image(matcher):
     """Width = maximum, at both ends of the block sizes, bare and with everything."""
     left, right = textured_pair(MAX_WIDTH, 30, generator(32))
     for block_size in (5, MAX_BLOCK):
-        check(matcher, left, right, StereoSettings(DISPARITIES, block_size, **BARE))
+        check(matcher, left, right, MatcherSettings(DISPARITIES, block_size, **BARE))
         check(matcher, left, right, dataclasses.replace(ALL, block_size=block_size))
 
 
@@ -100,8 +101,8 @@ def test_frames_back_to_back(matcher):
     rng   = generator(33)
     pairs = [textured_pair(100, 25, rng), textured_pair(100, 25, rng, 11)]
     words = np.concatenate([pixel_words(*pair) for pair in pairs])
-    for settings in (StereoSettings(32, 9), StereoSettings(32, 9, disp12_max_diff=0),
-                     StereoSettings(32, 9, median=True), dataclasses.replace(ALL, disparities=32)):
+    for settings in (MatcherSettings(32, 9), MatcherSettings(32, 9, disp12_max_diff=0),
+                     MatcherSettings(32, 9, median=True), dataclasses.replace(ALL, disparities=32)):
         for valid, ready in [(1.0, 1.0), (1.0, 0.3), (0.3, 1.0)]:
             matcher.core.set(**signals(100, 25, settings))
             result = matcher.core.run(words, 5000, valid=valid, ready=ready, seed=5)
@@ -130,8 +131,8 @@ def test_one_pixel_per_clock(disparities):
     """640x480 with everything on, at any setting: 1.05 clocks a pixel at block 9; rows are out in time."""
     matcher = CosimMatcher(MatcherParameters(640, disparities=disparities, max_block_size=MAX_BLOCK))
     left, right = textured_pair(640, 480, generator(35))
-    for settings, most in [(dataclasses.replace(ALL, disparities=disparities), 1.05), (StereoSettings(16, 9), 1.05),
-                           (StereoSettings(disparities, 9, **BARE), 1.05),
+    for settings, most in [(dataclasses.replace(ALL, disparities=disparities), 1.05), (MatcherSettings(16, 9), 1.05),
+                           (MatcherSettings(disparities, 9, **BARE), 1.05),
                            (dataclasses.replace(ALL, block_size=MAX_BLOCK), 1.07)]:
         clocks, first_row = check(matcher, left, right, settings)
         assert clocks <= most*640*480
@@ -208,6 +209,6 @@ def test_sink_waits_for_a_frame():
     """Between frames and in reset the sink is not ready, and nothing comes out unasked."""
     module = Matcher(MatcherParameters(64, 100, 16, 5))
     core   = StreamCore(module, [name for name, *_ in matcher_settings(module.parameters)])
-    core.set(**signals(20, 5, StereoSettings(16, 5)))
+    core.set(**signals(20, 5, MatcherSettings(16, 5)))
     assert len(core.run(np.zeros(0, np.uint32), 1, idle_clocks=200).words) == 0
     core.close()

@@ -13,8 +13,9 @@ import pytest
 from litestereo.gateware.common.parameters import MAX_BLOCK_SIZE, MIN_BLOCK_SIZE, MatcherParameters
 from litestereo.gateware.engines.sad.block_sum import BlockSum
 from litestereo.gateware.engines.sad.column_sum import ColumnSum
+from litestereo.host_tools.core.settings import MatcherSettings
 from litestereo.sim.cores.cosim import CosimMatcher
-from litestereo.sim.models.stereo_bm import StereoSettings, stereo_bm
+from litestereo.sim.models.stereo_bm import stereo_bm
 from support.core_bench import CoreBench
 from support.lanes import steps
 
@@ -75,7 +76,7 @@ def test_all_black_against_all_white():
     better   = np.full_like(black, white)
     better[:, size//2:size//2 + MAX_BLOCK_SIZE] = white - 2
     for prefilter, ratio in [("none", 0), ("none", 100), ("xsobel", 0)]:
-        settings = StereoSettings(DISPARITIES, MAX_BLOCK_SIZE, prefilter=prefilter, prefilter_cap=63,
+        settings = MatcherSettings(DISPARITIES, MAX_BLOCK_SIZE, prefilter=prefilter, prefilter_cap=63,
                                   texture_threshold=0, uniqueness_ratio=ratio)
         for left, right in [(black, grey), (grey, black), (black, better), (better, black)]:
             expected = stereo_bm(left, right, settings)

@@ -24,8 +24,9 @@ from litestereo.gateware.peripherals.stereo_peripheral import (
     ERROR_NONE,
     StereoPeripheral,
 )
+from litestereo.host_tools.core.settings import MatcherSettings
 from litestereo.sim.cores.pin_core import PinCore
-from litestereo.sim.models.stereo_bm import StereoSettings, stereo_bm
+from litestereo.sim.models.stereo_bm import stereo_bm
 from support.memory import Memory, port_pins, slave
 from support.pairs import byte_generator, textured_pair
 
@@ -150,7 +151,7 @@ class Bench:
     def draw(self, width, block_size):
         """Any settings that suit the size."""
         room = width - DISPARITIES - block_size + 1
-        return StereoSettings(
+        return MatcherSettings(
             disparities       = DISPARITIES,
             block_size        = block_size,
             min_disparity     = self.rng.randint(0, min(room, 3)),
@@ -394,7 +395,7 @@ def test_settings_of_the_next_frame(bench):
         bench.check_result(expected, places, before)
 
 
-PLAIN = StereoSettings(DISPARITIES, 5, disp12_max_diff=1)
+PLAIN = MatcherSettings(DISPARITIES, 5, disp12_max_diff=1)
 
 
 def check_refused(bench, changes):
@@ -457,7 +458,7 @@ def test_stages_that_are_not_built(features, base, missing):
         bench.begin(30, 8, changes=base | changes, settings=PLAIN)
         assert bench.end(100) == ["failed"]
         assert bench.core.get("error_code") == ERROR_CONFIG
-    bare = StereoSettings(DISPARITIES, 5, 0, "xsobel" if base["xsobel"] else "none", texture_threshold=0,
+    bare = MatcherSettings(DISPARITIES, 5, 0, "xsobel" if base["xsobel"] else "none", texture_threshold=0,
                           uniqueness_ratio=0, subpixel=False)
     expected, places = bench.begin(30, 8, settings=bare)
     before = bytes(bench.memory.bytes)

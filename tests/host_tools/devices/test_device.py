@@ -12,6 +12,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from litestereo.gateware.common.parameters import MatcherParameters
 from litestereo.host_tools.core.errors import DeviceError, ImageError, SettingsError, UnsupportedError, UrlError
 from litestereo.host_tools.core.settings import MatcherSettings, Parameter
 from litestereo.host_tools.devices.connect import connect
@@ -114,12 +115,11 @@ def stand_in(monkeypatch, name, **content):
 class CosimStandIn:
     """The interface of the gateware's simulation, around the model."""
 
-    built    = None
-    closed   = False
-    features = 0x7f
+    built  = None
+    closed = False
 
-    def __init__(self, max_width, disparities, max_block_size):
-        CosimStandIn.built = (max_width, disparities, max_block_size)
+    def __init__(self, parameters):
+        CosimStandIn.built = (parameters.max_width, parameters.disparities, parameters.max_block_size)
 
     def match_settings(self, left, right, settings):
         if left.max() == 0:
@@ -131,7 +131,8 @@ class CosimStandIn:
 
 
 def test_cosim_device_is_built_as_its_url_says(monkeypatch):
-    stand_in(monkeypatch, "litestereo.sim.cores.cosim", CosimMatcher=CosimStandIn)
+    stand_in(monkeypatch, "litestereo.sim.cores.cosim", CosimMatcher=CosimStandIn,
+             MatcherParameters=MatcherParameters)
     left, right = textured_pair(60, 20, generator(41))
     with connect("cosim:?disparities=32&max_width=320&max_block_size=11") as device:
         assert CosimStandIn.built == (320, 32, 11)
@@ -146,10 +147,10 @@ def test_cosim_device_is_built_as_its_url_says(monkeypatch):
 
 
 def test_a_cosim_that_cannot_be_built_is_one_line(monkeypatch):
-    def fail(**_):
+    def fail(_):
         raise RuntimeError("verilator failed:\nsee log")
 
-    stand_in(monkeypatch, "litestereo.sim.cores.cosim", CosimMatcher=fail)
+    stand_in(monkeypatch, "litestereo.sim.cores.cosim", CosimMatcher=fail, MatcherParameters=MatcherParameters)
     with pytest.raises(DeviceError, match="cannot be built: verilator failed: see log"):
         connect("cosim:")
 

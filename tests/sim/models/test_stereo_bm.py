@@ -11,14 +11,15 @@ import cv2
 import numpy as np
 import pytest
 
+from litestereo.host_tools.core.settings import MatcherSettings
 from litestereo.sim.models import block_matching as model
 from litestereo.sim.models import stages
-from litestereo.sim.models.stereo_bm import StereoSettings, stereo_bm
+from litestereo.sim.models.stereo_bm import minimum_size, stereo_bm, used_columns
 from support.data import stereo_pair
 from support.image_pairs import awkward_pairs
 from support.opencv import opencv_map, same_as_opencv
 from support.pairs import generator, textured_pair
-from support.settings import drawn_settings
+from support.settings import UncheckedSettings, drawn_settings
 
 
 @pytest.mark.parametrize("name", ["tsukuba", "venus", "teddy", "cones"])
@@ -26,8 +27,9 @@ def test_middlebury(name):
     """The defaults, every test switched on and off, and drawn settings."""
     pair  = stereo_pair(name)
     rng   = generator(60, *name.encode())
-    cases = [StereoSettings(block_size=9), StereoSettings(), StereoSettings(block_size=9, disp12_max_diff=1)]
-    cases += [StereoSettings(48, 11, texture_threshold=0, uniqueness_ratio=0, disp12_max_diff=difference)
+    cases  = [MatcherSettings(block_size=9), MatcherSettings(block_size=21)]
+    cases += [MatcherSettings(block_size=9, disp12_max_diff=1)]
+    cases += [MatcherSettings(48, 11, texture_threshold=0, uniqueness_ratio=0, disp12_max_diff=difference)
               for difference in (-1, 0, 2)]
     cases += [drawn_settings(rng) for _ in range(12)]
     for settings in cases:
@@ -63,22 +65,22 @@ def test_negative_disparities():
 @pytest.mark.parametrize("min_disparity", [-20, -15, 0, 3])
 def test_narrow_images(disp12_max_diff, min_disparity):
     """From the width of a block on: no disparity below the smallest size, and there a single column."""
-    settings = StereoSettings(16, 7, min_disparity, texture_threshold=0, uniqueness_ratio=0,
-                              disp12_max_diff=disp12_max_diff)
+    settings = UncheckedSettings(16, 7, min_disparity, texture_threshold=0, uniqueness_ratio=0,
+                                 disp12_max_diff=disp12_max_diff)
     rng      = generator(63)
-    smallest = settings.minimum_size[0]
+    smallest = minimum_size(settings)[0]
     for width in range(8, smallest + 20):
         left, right = textured_pair(width, 10, rng, 5)
         disparity   = stereo_bm(left, right, settings)
         same_as_opencv(disparity, left, right, settings)
         assert (disparity == settings.invalid).all() or width >= smallest
-    one  = stereo_bm(*textured_pair(20 + settings.minimum_size[0], 7, rng, 5), settings)
+    one  = stereo_bm(*textured_pair(20 + smallest, 7, rng, 5), settings)
     assert np.unique(np.nonzero(one != settings.invalid)[0]).tolist() == [3]
 
 
 def test_small_images_are_refused_as_opencv_does():
     """Smaller than a block is an error in both; the very height of a block only in OpenCV."""
-    settings = StereoSettings(16, 9)
+    settings = MatcherSettings(16, 9)
     for shape in ((8, 60), (60, 8), (1, 1)):
         image = np.zeros(shape, np.uint8)
         with pytest.raises(ValueError, match="block of 9"):
@@ -92,9 +94,9 @@ def test_small_images_are_refused_as_opencv_does():
     {"prefilter_cap": 0}, {"prefilter_cap": 64}, {"texture_threshold": -1}, {"uniqueness_ratio": -1},
 ])
 def test_settings_that_opencv_refuses(wrong):
-    with pytest.raises(ValueError, match=next(iter(wrong))):
-        StereoSettings(**wrong)
     image   = np.zeros((300, 400), np.uint8)
+    with pytest.raises(ValueError, match=next(iter(wrong))):
+        stereo_bm(image, image, UncheckedSettings(**wrong))
     matcher = cv2.StereoBM_create()
     setters = {"disparities": "NumDisparities", "prefilter_cap": "PreFilterCap"}
     for name, value in wrong.items():
@@ -107,28 +109,28 @@ def test_improper_images_and_prefilter():
     image = np.zeros((30, 60), np.uint8)
     for left, right in ((image, image[1:]), (image.astype(np.int16), image), (image[None], image[None])):
         with pytest.raises(ValueError, match="image"):
-            stereo_bm(left, right, StereoSettings(16, 9))
+            stereo_bm(left, right, MatcherSettings(16, 9))
     with pytest.raises(ValueError, match="prefilter"):
-        StereoSettings(prefilter="sobel")
+        stereo_bm(image, image, UncheckedSettings(prefilter="sobel"))
 
 
 def test_without_any_extra_it_is_the_plain_model():
     """No prefilter, no tests, no fractions: the sum of absolute differences."""
     rng = generator(64)
     for _ in range(20):
-        settings    = StereoSettings(int(rng.integers(1, 4))*16, int(rng.integers(2, 8))*2 + 1,
+        settings    = MatcherSettings(int(rng.integers(1, 4))*16, int(rng.integers(2, 8))*2 + 1,
                                      prefilter="none", uniqueness_ratio=0, subpixel=False)
         width       = settings.minimum_size[0] + int(rng.integers(0, 40))
         left, right = textured_pair(width, settings.block_size + int(rng.integers(0, 9)), rng)
         plain       = model.match(left, right, settings.disparities, settings.block_size)
         assert np.array_equal(stereo_bm(left, right, settings), plain)
-        assert model.minimum_size(settings.disparities, settings.block_size) == settings.minimum_size
+        assert model.minimum_size(settings.disparities, settings.block_size) == minimum_size(settings)
 
 
 def test_raw_pixels_do_what_a_prefilter_in_their_place_would():
     """Grey values that look prefiltered: OpenCV's own costs, were its prefilter off, by hand."""
     rng         = generator(65)
-    settings    = StereoSettings(16, 5, prefilter="none", uniqueness_ratio=20)
+    settings    = MatcherSettings(16, 5, prefilter="none", uniqueness_ratio=20)
     left, right = textured_pair(40, 12, rng, 4)
     disparity   = stereo_bm(left, right, settings)
     for y, x in itertools.product(range(12), range(40)):
@@ -149,8 +151,8 @@ def test_raw_pixels_do_what_a_prefilter_in_their_place_would():
 
 
 @pytest.mark.parametrize("settings", [
-    StereoSettings(32, 9, prefilter_cap=63), StereoSettings(16, 25), StereoSettings(32, 15, 5),
-    StereoSettings(32, 9, prefilter="none"), StereoSettings(16, 9, subpixel=False),
+    MatcherSettings(32, 9, prefilter_cap=63), MatcherSettings(16, 25), MatcherSettings(32, 15, 5),
+    MatcherSettings(32, 9, prefilter="none"), MatcherSettings(16, 9, subpixel=False),
 ])
 @pytest.mark.parametrize("difference", [0, 1, 3])
 def test_left_right_check_of_large_costs(settings, difference):
@@ -158,7 +160,7 @@ def test_left_right_check_of_large_costs(settings, difference):
     left, right = stereo_pair("cones").left[:120, :260], stereo_pair("cones").right[:120, :260]
     if settings.prefilter == "xsobel":
         left, right = (stages.prefilter_xsobel(image, settings.prefilter_cap) for image in (left, right))
-    columns     = settings.columns(left.shape[1])
+    columns     = used_columns(left.shape[1], settings)
     costs       = stages.block_costs(left, right, columns)
     index, cost = stages.winners(costs)
     disparity   = stages.subpixel(costs, index, settings.min_disparity)
@@ -177,7 +179,7 @@ def test_left_right_check_of_large_costs(settings, difference):
 
 def test_bands_of_rows_leave_no_seam(monkeypatch):
     left, right = textured_pair(100, 41, generator(66))
-    settings    = StereoSettings(32, 9, disp12_max_diff=1)
+    settings    = MatcherSettings(32, 9, disp12_max_diff=1)
     whole       = stereo_bm(left, right, settings)
     for costs in (1, 10000, 20000):
         monkeypatch.setattr("litestereo.sim.models.stereo_bm._MAX_COSTS", costs)
@@ -188,8 +190,8 @@ def test_median():
     """The middle one of nine, with the edges repeated; what has no disparity counts too."""
     rng         = generator(67)
     left, right = textured_pair(60, 25, rng)
-    disparity   = stereo_bm(left, right, StereoSettings(16, 5))
-    filtered    = stereo_bm(left, right, StereoSettings(16, 5, median=True))
+    disparity   = stereo_bm(left, right, MatcherSettings(16, 5))
+    filtered    = stereo_bm(left, right, MatcherSettings(16, 5, median=True))
     padded      = np.pad(disparity, 1, mode="edge")
     around      = [padded[y:y + 25, x:x + 60] for y in range(3) for x in range(3)]
     assert np.array_equal(filtered, np.sort(around, axis=0)[4])

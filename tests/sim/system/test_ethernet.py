@@ -8,7 +8,6 @@
 from __future__ import annotations
 
 import contextlib
-import dataclasses
 import os
 import re
 import signal
@@ -86,7 +85,7 @@ def test_every_setting(url):
     rng = generator(61)
     with connect(url) as device:
         for _ in range(12):
-            settings      = MatcherSettings(**dataclasses.asdict(any_settings(rng, largest_block=15)))
+            settings      = any_settings(rng, largest_block=15)
             width, height = settings.minimum_size
             check_stream(device, [textured_pair(width + 9, height + 4, rng, 5)], settings)
 

@@ -16,7 +16,8 @@ import numpy as np
 import pytest
 
 from litestereo.firmware import FIRMWARE_DIR
-from litestereo.sim.models.stereo_bm import StereoSettings, stereo_bm
+from litestereo.host_tools.core.settings import MatcherSettings
+from litestereo.sim.models.stereo_bm import stereo_bm
 from litestereo.sim.system.build import SimulationError, examples
 from litestereo.sim.system.example import run_example
 from support.pattern import pattern
@@ -71,7 +72,7 @@ def test_throughput():
     found = re.fullmatch(r"throughput: width=(\d+) height=(\d+) frames=(\d+) clocks_per_frame=(\d+) "
                          r"matcher_clocks=(\d+) crc32=0x([0-9a-f]{8})", first)
     width, height, frames, clocks, matcher = (int(word) for word in found.groups()[:5])
-    expected = stereo_bm(pattern(width, height, 1), pattern(width, height, 2), StereoSettings(64, 9))
+    expected = stereo_bm(pattern(width, height, 1), pattern(width, height, 2), MatcherSettings(64, 9))
     assert int(found[6], 16) == zlib.crc32(np.ascontiguousarray(expected).astype("<i2").tobytes())
     assert frames >= 8
     assert matcher <= clocks < matcher + 5000

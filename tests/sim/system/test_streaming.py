@@ -7,8 +7,6 @@
 
 from __future__ import annotations
 
-import dataclasses
-
 import numpy as np
 import pytest
 
@@ -64,7 +62,7 @@ def test_frames_of_all_sizes_and_settings(device, url):
             chunks += 2*-(-2*width*height // CHUNK_BYTES)
             check(host, pairs, MatcherSettings(disparities, block_size))
         for _ in range(8):
-            settings      = MatcherSettings(**dataclasses.asdict(any_settings(rng, largest_block=15)))
+            settings      = any_settings(rng, largest_block=15)
             width, height = (least + more for least, more in zip(settings.minimum_size, (9, 4), strict=True))
             chunks       += -(-2*width*height // CHUNK_BYTES)
             check(host, [textured_pair(width, height, rng, 5)], settings)

@@ -7,7 +7,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import os
 import re
 import signal
@@ -117,8 +116,7 @@ def test_every_setting(url):
     rng = generator(56)
     with connect(url) as device:
         for _ in range(12):
-            drawn         = any_settings(rng, largest_block=15)
-            settings      = MatcherSettings(**dataclasses.asdict(drawn))
+            settings      = any_settings(rng, largest_block=15)
             width, height = settings.minimum_size
             check_stream(device, [textured_pair(width + 9, height + 4, rng, 5)], settings)
 
@@ -189,7 +187,7 @@ def test_opencv(simulation, name, count):
         if name == "tsukuba":
             check_stream(device, [(pair.left, pair.right)], MatcherSettings(16, 7, prefilter="none", subpixel=False))
         for drawn in (drawn_settings(rng, largest_block=15) for _ in range(count)):
-            (result,) = device.stream([(pair.left, pair.right)], MatcherSettings(**dataclasses.asdict(drawn)))
+            (result,) = device.stream([(pair.left, pair.right)], drawn)
             same_as_opencv(result.disparity, pair.left, pair.right, drawn)
 
 

@@ -1,0 +1,59 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""The bits of a device's capability word `features`: the source for gateware, firmware, host tools and documents.
+
+`python -m litestereo.soc.reports.tables` writes what is generated from it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+@dataclass(frozen=True)
+class Feature:
+    """A bit of the capability word.
+
+    Parameters
+    ----------
+    bit : int
+        Number of the bit; it never changes its meaning.
+    name : str
+        Name in all programs and documents.
+    text : str
+        What a device with the bit has, as the object of a sentence.
+    kind : str
+        "stage": an optional stage of the matcher, in the register `features`; "device": the firmware adds the bit;
+        "reserved": the bit is set by no device yet.
+    note : str
+        What docs/protocol.md adds to the text.
+    """
+    bit:  int
+    name: str
+    text: str
+    kind: str
+    note: str = ""
+
+FEATURE_TABLE = (
+    Feature( 0, "xsobel",        "the XSOBEL prefilter",                    "stage"),
+    Feature( 1, "raw",           "matching without prefilter",              "stage"),
+    Feature( 2, "texture",       "the texture test",                        "stage"),
+    Feature( 3, "uniqueness",    "the uniqueness test",                     "stage"),
+    Feature( 4, "subpixel",      "fractions of a pixel",                    "stage"),
+    Feature( 5, "left_right",    "the left-right check",                    "stage"),
+    Feature( 6, "min_disparity", "a smallest disparity above 0",            "stage"),
+    Feature( 7, "median",        "the median",                              "stage"),
+    Feature( 8, "streaming",     "streamed frames",                         "device",
+        "see [streamed frames](#streamed-frames); over UDP only"),
+    Feature( 9, "update",        "a flash whose firmware can be replaced",  "device", "see [updates](#updates)"),
+    Feature(10, "rectification", "rectification of the pair",               "reserved"),
+    Feature(11, "cameras",       "cameras on the device",                   "reserved"),
+    Feature(12, "semi_global",   "semi-global matching",                    "reserved"),
+    Feature(13, "census",        "the census transform",                    "reserved"),
+    Feature(14, "confidence",    "a confidence for each disparity",         "reserved"),
+)
+
+# Optional stages of the matcher by name, in the order of their bits.
+FEATURES = tuple(one.name for one in FEATURE_TABLE if one.kind == "stage")
