@@ -3,7 +3,9 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""The bits of a device's capability word `features`: the source for gateware, firmware, host tools and documents.
+"""What a device can have: the bits of its word `features`, and numbered values that come on top.
+
+The source for gateware, firmware, host tools and documents.
 
 `python -m litestereo.soc.reports.tables` writes what is generated from it.
 """
@@ -12,9 +14,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+# Features -----------------------------------------------------------------------------------------
+
 @dataclass(frozen=True)
 class Feature:
-    """A bit of the capability word.
+    """A bit of the word `features`.
 
     Parameters
     ----------
@@ -57,3 +61,33 @@ FEATURE_TABLE = (
 
 # Optional stages of the matcher by name, in the order of their bits.
 FEATURES = tuple(one.name for one in FEATURE_TABLE if one.kind == "stage")
+
+# Capabilities -------------------------------------------------------------------------------------
+
+@dataclass(frozen=True)
+class Capability:
+    """A value that a device tells after the fixed fields of its capabilities.
+
+    The list grows without a new version of the protocol: a host skips the numbers that it does not know, and an absent
+    one is 0. So 0 must mean what all devices were before the number came.
+
+    Parameters
+    ----------
+    number : int
+        Number in the protocol, from 1 on and without gaps; it never changes its meaning.
+    name : str
+        Name in all programs and documents.
+    text : str
+        What it is, without capital letter and full stop.
+    unit : str
+        Unit, if it has one.
+    """
+    number: int
+    name:   str
+    text:   str
+    unit:   str = ""
+
+CAPABILITY_TABLE = (
+    Capability(1, "dma_alignment", "alignment of images and maps in the device's memory",       "bytes"),
+    Capability(2, "update_bytes",  "largest firmware that an update can write, 0 without flash", "bytes"),
+)

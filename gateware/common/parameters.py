@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 from migen import bits_for
 
-from .features import FEATURES
+from .features import FEATURE_TABLE, FEATURES
 from .settings import MAX_HEIGHT, MAX_WIDTH, setting
 
 # Limits -------------------------------------------------------------------------------------------
@@ -31,7 +31,7 @@ TEXTURE_BITS         = setting("texture_threshold").bits
 # Features -----------------------------------------------------------------------------------------
 
 # All stages but the median, which cv2.StereoBM does not have either.
-OPENCV_FEATURES = FEATURES[:-1]
+OPENCV_FEATURES = tuple(name for name in FEATURES if name != "median")
 
 # Parameters ---------------------------------------------------------------------------------------
 
@@ -83,7 +83,7 @@ class MatcherParameters:
     @property
     def feature_bits(self):
         """The capability register `features`."""
-        return sum(1 << bit for bit, name in enumerate(FEATURES) if name in self.features)
+        return sum(1 << one.bit for one in FEATURE_TABLE if one.name in self.features)
 
     @property
     def ahead(self):

@@ -11,7 +11,7 @@ import sys
 import pytest
 
 from litestereo.gateware.common import features, settings
-from litestereo.gateware.common.features import FEATURE_TABLE, FEATURES
+from litestereo.gateware.common.features import CAPABILITY_TABLE, FEATURE_TABLE
 from litestereo.gateware.common.settings import SETTINGS, setting
 from litestereo.host_tools.core.settings import MatcherSettings
 from litestereo.soc.reports import tables
@@ -51,10 +51,12 @@ def test_a_document_without_markers_is_refused():
 
 
 def test_numbers_have_no_gaps():
-    """Of parameters and of bits, and stages have the lowest bits: the register `features` holds them alone."""
+    """Of parameters, bits and capabilities; and the names are told apart."""
     assert [one.number for one in SETTINGS] == list(range(1, len(SETTINGS) + 1))
     assert [one.bit for one in FEATURE_TABLE] == list(range(len(FEATURE_TABLE)))
-    assert [one.name for one in FEATURE_TABLE[:len(FEATURES)]] == list(FEATURES)
+    assert [one.number for one in CAPABILITY_TABLE] == list(range(1, len(CAPABILITY_TABLE) + 1))
+    for table in (SETTINGS, FEATURE_TABLE, CAPABILITY_TABLE):
+        assert len({one.name for one in table}) == len(table)
     assert {one.kind for one in FEATURE_TABLE} == {"stage", "device", "reserved"}
 
 
