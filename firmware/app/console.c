@@ -62,7 +62,7 @@ static bool command_info(console_t *console, char **argv)
     console_printf(console, "firmware: %u.%u\n", info->firmware_version >> 8, info->firmware_version & 0xff);
     console_printf(console, "gateware: %u.%u\n", info->gateware_version >> 8, info->gateware_version & 0xff);
     console_printf(console, "features:");
-    for (unsigned bit = 0; bit < STEREO_FEATURES; bit++) {
+    for (unsigned bit = 0; bit < LITESTEREO_FEATURES; bit++) {
         if ((info->limits.features & 1u << bit) != 0) {
             console_printf(console, " %s", stereo_feature_name(bit));
         }

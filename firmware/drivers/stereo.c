@@ -30,11 +30,11 @@
 /* Clocks that an abort may take: many times the longest burst. */
 #define ABORT_BUDGET 100000u
 
-#define FEATURE_IS(name) (STEREO_FEATURE_##name == REGISTER_BIT(STEREO_FEATURES_##name))
+#define REQUIRE_BIT(name) \
+    _Static_assert(LITESTEREO_FEATURE_##name == REGISTER_BIT(STEREO_FEATURES_##name), \
+        "enum litestereo_feature has the bits of the register");
 
-_Static_assert(FEATURE_IS(XSOBEL) && FEATURE_IS(RAW) && FEATURE_IS(TEXTURE) && FEATURE_IS(UNIQUENESS)
-    && FEATURE_IS(SUBPIXEL) && FEATURE_IS(LEFT_RIGHT) && FEATURE_IS(MIN_DISPARITY) && FEATURE_IS(MEDIAN),
-    "enum stereo_feature has the bits of the register");
+LITESTEREO_STAGE_TABLE(REQUIRE_BIT)
 
 static bool is_busy(void)
 {
@@ -74,7 +74,7 @@ static bool capabilities_are_valid(const stereo_capabilities_t *can)
         && can->max_width > 0 && limits->max_disparities >= 16 && limits->max_disparities % 16 == 0
         && limits->min_block_size % 2 == 1 && limits->max_block_size % 2 == 1
         && limits->min_block_size <= limits->max_block_size
-        && (limits->features & (STEREO_FEATURE_XSOBEL | STEREO_FEATURE_RAW)) != 0
+        && (limits->features & (LITESTEREO_FEATURE_XSOBEL | LITESTEREO_FEATURE_RAW)) != 0
         && can->dma_alignment > 0 && STEREO_MAX_ALIGNMENT % can->dma_alignment == 0;
 }
 

@@ -79,10 +79,10 @@ static uint32_t draw_token(session_t *session, uint32_t nonce)
 
 static uint32_t features(const session_t *session)
 {
-    uint32_t of_matcher = session->info->limits.features & ~(PROTOCOL_FEATURE_STREAMING | PROTOCOL_FEATURE_UPDATE);
+    uint32_t of_matcher = session->info->limits.features & ~(LITESTEREO_FEATURE_STREAMING | LITESTEREO_FEATURE_UPDATE);
 
-    return of_matcher | (session_stream_path(session, &session->peer) != NULL ? PROTOCOL_FEATURE_STREAMING : 0)
-        | (session->update != NULL ? PROTOCOL_FEATURE_UPDATE : 0);
+    return of_matcher | (session_stream_path(session, &session->peer) != NULL ? LITESTEREO_FEATURE_STREAMING : 0)
+        | (session->update != NULL ? LITESTEREO_FEATURE_UPDATE : 0);
 }
 
 static void put_capabilities(const session_t *session, uint8_t *payload)
@@ -151,16 +151,16 @@ void session_hello(session_t *session, exchange_t *exchange)
 }
 
 /* Parameters are numbered in the order of the fields that they set. */
-_Static_assert(STEREO_FIELD_MEDIAN - STEREO_FIELD_DISPARITIES == PARAMETER_MEDIAN - PARAMETER_DISPARITIES,
+_Static_assert(STEREO_FIELD_LAST - STEREO_FIELD_FIRST == PARAMETER_LAST - PARAMETER_FIRST,
     "each field has its parameter");
 
 /* Applies one entry of a CONFIGURE to `settings`, or refuses it and returns false. */
 static bool configure(const session_t *session, exchange_t *exchange, const uint8_t *entry, stereo_settings_t *settings)
 {
     uint16_t       parameter = get_u16(entry);
-    stereo_field_t field     = (stereo_field_t)(STEREO_FIELD_DISPARITIES + parameter - PARAMETER_DISPARITIES);
+    stereo_field_t field     = (stereo_field_t)(STEREO_FIELD_FIRST + parameter - PARAMETER_FIRST);
 
-    if (parameter < PARAMETER_DISPARITIES || parameter > PARAMETER_MEDIAN) {
+    if (parameter < PARAMETER_FIRST || parameter > PARAMETER_LAST) {
         refuse(exchange, ERROR_PARAMETER, parameter);
         return false;
     }

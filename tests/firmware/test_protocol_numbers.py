@@ -14,7 +14,9 @@ from support.paths import CHECKOUT
 
 DOCUMENT = (CHECKOUT / "docs" / "protocol.md").read_text()
 LINK     = CHECKOUT / "firmware" / "link"
-PROTOCOL = (LINK / "protocol" / "protocol.h").read_text()
+TABLES   = CHECKOUT / "firmware" / "include" / "litestereo" / "stereo_tables.h"
+PROTOCOL = "".join(path.read_text() for path in (LINK / "protocol" / "protocol.h", LINK / "protocol" / "parameters.h",
+                                                 TABLES))
 
 
 def section(title):
@@ -90,9 +92,8 @@ def test_updates(field, prefix, none):
 
 def test_features():
     documented = {row[1].strip("`"): int(row[0]) for row in section("Features")}
-    for name in ("streaming", "update"):
-        bit = re.search(rf"#define PROTOCOL_FEATURE_{name.upper()} \(1u << (\d+)\)", PROTOCOL)[1]
-        assert int(bit) == documented[name]
+    bits       = re.findall(r"LITESTEREO_FEATURE_(\w+)\s*= 1u << +(\d+),", PROTOCOL)
+    assert {name.lower(): int(bit) for name, bit in bits} == documented
     assert {feature.name.lower(): feature.value.bit_length() - 1 for feature in Feature} == documented
 
 

@@ -31,9 +31,6 @@
 /** Aligns images and maps: `static STEREO_ALIGNED uint8_t left[320 * 240];` */
 #define STEREO_ALIGNED _Alignas(STEREO_MAX_ALIGNMENT)
 
-/** Most rows of a frame, for every gateware. */
-#define STEREO_MAX_HEIGHT 4095u
-
 /** Capabilities of the gateware. */
 typedef struct {
     uint16_t version;          /**< Of the registers: major x 256 + minor. */

@@ -13,21 +13,7 @@
 #include <stdint.h>
 
 #include "litestereo/status.h"
-
-/** Optional stages: bits of the register `features`. */
-enum stereo_feature {
-    STEREO_FEATURE_XSOBEL        = 1u << 0,  /**< Prefilter XSOBEL. */
-    STEREO_FEATURE_RAW           = 1u << 1,  /**< Matching without prefilter. */
-    STEREO_FEATURE_TEXTURE       = 1u << 2,  /**< Test of the texture. */
-    STEREO_FEATURE_UNIQUENESS    = 1u << 3,  /**< Test of the uniqueness. */
-    STEREO_FEATURE_SUBPIXEL      = 1u << 4,  /**< Sixteenths of a pixel. */
-    STEREO_FEATURE_LEFT_RIGHT    = 1u << 5,  /**< Left-right check. */
-    STEREO_FEATURE_MIN_DISPARITY = 1u << 6,  /**< A smallest disparity above 0. */
-    STEREO_FEATURE_MEDIAN        = 1u << 7,  /**< Median of the map. */
-};
-
-/** Number of bits of enum stereo_feature. */
-#define STEREO_FEATURES 8u
+#include "litestereo/stereo_tables.h"
 
 /** Value of disp12_max_diff for no left-right check. */
 #define STEREO_NO_CHECK (-1)
@@ -37,7 +23,7 @@ typedef struct {
     uint16_t max_disparities;  /**< A multiple of 16. */
     uint8_t  min_block_size;   /**< Pixels, odd. */
     uint8_t  max_block_size;   /**< Pixels, odd. */
-    uint32_t features;         /**< enum stereo_feature. */
+    uint32_t features;         /**< enum litestereo_feature. */
 } stereo_limits_t;
 
 /** Settings of a frame: those of cv2.StereoBM, with its names, and a few more. */
@@ -56,30 +42,29 @@ typedef struct {
     bool     median;             /**< Median of 3x3 pixels as the last step. */
 } stereo_settings_t;
 
-/** Fields of a job, for error messages. From DISPARITIES to MEDIAN they are settings with a range. */
+#define STEREO_FIELD_OF(field, ...) STEREO_FIELD_##field,
+
+/** Fields of a job, for error messages. Those of STEREO_SETTINGS_TABLE are settings with a range. */
 typedef enum {
     STEREO_FIELD_NONE,
     STEREO_FIELD_LEFT,
     STEREO_FIELD_RIGHT,
     STEREO_FIELD_MAP,
-    STEREO_FIELD_DISPARITIES,
-    STEREO_FIELD_BLOCK_SIZE,
-    STEREO_FIELD_MIN_DISPARITY,
-    STEREO_FIELD_PREFILTER,
-    STEREO_FIELD_PREFILTER_CAP,
-    STEREO_FIELD_TEXTURE_THRESHOLD,
-    STEREO_FIELD_UNIQUENESS_RATIO,
-    STEREO_FIELD_DISP12_MAX_DIFF,
-    STEREO_FIELD_SUBPIXEL,
-    STEREO_FIELD_MEDIAN,
+    STEREO_SETTINGS_TABLE(STEREO_FIELD_OF)
     STEREO_FIELD_WIDTH,
     STEREO_FIELD_HEIGHT,
 } stereo_field_t;
 
+#undef STEREO_FIELD_OF
+
+/** The first and the last of the settings with a range, in the order of the protocol's parameters. */
+#define STEREO_FIELD_FIRST ((stereo_field_t)(STEREO_FIELD_MAP + 1))
+#define STEREO_FIELD_LAST  ((stereo_field_t)(STEREO_FIELD_WIDTH - 1))
+
 /** Name of a field for messages. */
 const char *stereo_field_name(stereo_field_t field);
 
-/** Name of a feature by its bit, 0 to STEREO_FEATURES - 1. */
+/** Name of a feature by its bit, 0 to LITESTEREO_FEATURES - 1. */
 const char *stereo_feature_name(unsigned bit);
 
 /** Defaults of cv2.StereoBM as far as the gateware has the stages; block size 9, width and height 0. */
@@ -88,10 +73,10 @@ stereo_settings_t stereo_settings_default(const stereo_limits_t *limits);
 /** Sum of absolute differences without optional stages; with prefilter only if the gateware has nothing else. */
 stereo_settings_t stereo_settings_bare(const stereo_limits_t *limits);
 
-/** Value of a setting, DISPARITIES to MEDIAN. */
+/** Value of a setting, FIRST to LAST. */
 int32_t stereo_settings_get(const stereo_settings_t *settings, stereo_field_t field);
 
-/** Changes a setting, DISPARITIES to MEDIAN.
+/** Changes a setting, FIRST to LAST.
  *
  * STATUS_OK           done
  * STATUS_BAD_ARGUMENT the value is out of its range
@@ -100,7 +85,7 @@ int32_t stereo_settings_get(const stereo_settings_t *settings, stereo_field_t fi
 status_t stereo_settings_set(stereo_settings_t *settings, const stereo_limits_t *limits, stereo_field_t field,
     int32_t value);
 
-/** First setting, DISPARITIES to MEDIAN, that stereo_settings_set would refuse, or STEREO_FIELD_NONE. */
+/** First setting, FIRST to LAST, that stereo_settings_set would refuse, or STEREO_FIELD_NONE. */
 stereo_field_t stereo_settings_check(const stereo_settings_t *settings, const stereo_limits_t *limits);
 
 /** Smallest width of an image in which a pixel can have a disparity. */

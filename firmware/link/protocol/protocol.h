@@ -9,6 +9,8 @@
 #ifndef LITESTEREO_LINK_PROTOCOL_PROTOCOL_H
 #define LITESTEREO_LINK_PROTOCOL_PROTOCOL_H
 
+#include "link/protocol/parameters.h"
+
 #define PROTOCOL_MAGIC       0x534cu
 #define PROTOCOL_VERSION     1u
 #define PROTOCOL_CHUNK_SIZE  1024u
@@ -28,12 +30,6 @@
 
 /* Seconds that a streamed frame waits for its next pairs before it fails. */
 #define PROTOCOL_PAIRS_S 5u
-
-/* Bit of the capabilities' features: frames may be streamed. The others are the matcher's. */
-#define PROTOCOL_FEATURE_STREAMING (1u << 8)
-
-/* Bit of the capabilities' features: the firmware can be replaced over the link. */
-#define PROTOCOL_FEATURE_UPDATE (1u << 9)
 
 #define PROTOCOL_CAPABILITIES_SIZE 52u
 #define PROTOCOL_NAME_OFFSET       36u
@@ -76,20 +72,6 @@ enum protocol_type {
     TYPE_PROGRESS   = 0x11,
     TYPE_RESTART    = 0x12,
     TYPE_ERROR      = 0xff,
-};
-
-/** Numbers of the parameters of CONFIGURE. */
-enum protocol_parameter {
-    PARAMETER_DISPARITIES       = 1,
-    PARAMETER_BLOCK_SIZE        = 2,
-    PARAMETER_MIN_DISPARITY     = 3,
-    PARAMETER_PREFILTER         = 4,
-    PARAMETER_PREFILTER_CAP     = 5,
-    PARAMETER_TEXTURE_THRESHOLD = 6,
-    PARAMETER_UNIQUENESS_RATIO  = 7,
-    PARAMETER_DISP12_MAX_DIFF   = 8,
-    PARAMETER_SUBPIXEL          = 9,
-    PARAMETER_MEDIAN            = 10,
 };
 
 /** Codes of an ERROR reply. */

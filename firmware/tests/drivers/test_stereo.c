@@ -107,14 +107,14 @@ static void test_features(void)
         uint32_t       features;
         stereo_field_t field;
     } missing[] = {
-        {0xff & ~STEREO_FEATURE_XSOBEL,        STEREO_FIELD_PREFILTER},
-        {0xff & ~STEREO_FEATURE_TEXTURE,       STEREO_FIELD_TEXTURE_THRESHOLD},
-        {0xff & ~STEREO_FEATURE_UNIQUENESS,    STEREO_FIELD_UNIQUENESS_RATIO},
-        {0xff & ~STEREO_FEATURE_SUBPIXEL,      STEREO_FIELD_SUBPIXEL},
-        {0xff & ~STEREO_FEATURE_MIN_DISPARITY, STEREO_FIELD_MIN_DISPARITY},
-        {0xff & ~STEREO_FEATURE_LEFT_RIGHT,    STEREO_FIELD_DISP12_MAX_DIFF},
-        {0xff & ~STEREO_FEATURE_MEDIAN,        STEREO_FIELD_MEDIAN},
-        {0xff & ~STEREO_FEATURE_RAW,           STEREO_FIELD_NONE},
+        {0xff & ~LITESTEREO_FEATURE_XSOBEL,        STEREO_FIELD_PREFILTER},
+        {0xff & ~LITESTEREO_FEATURE_TEXTURE,       STEREO_FIELD_TEXTURE_THRESHOLD},
+        {0xff & ~LITESTEREO_FEATURE_UNIQUENESS,    STEREO_FIELD_UNIQUENESS_RATIO},
+        {0xff & ~LITESTEREO_FEATURE_SUBPIXEL,      STEREO_FIELD_SUBPIXEL},
+        {0xff & ~LITESTEREO_FEATURE_MIN_DISPARITY, STEREO_FIELD_MIN_DISPARITY},
+        {0xff & ~LITESTEREO_FEATURE_LEFT_RIGHT,    STEREO_FIELD_DISP12_MAX_DIFF},
+        {0xff & ~LITESTEREO_FEATURE_MEDIAN,        STEREO_FIELD_MEDIAN},
+        {0xff & ~LITESTEREO_FEATURE_RAW,           STEREO_FIELD_NONE},
     };
 
     for (size_t i = 0; i < sizeof(missing) / sizeof(missing[0]); i++) {
@@ -132,9 +132,9 @@ static void test_features(void)
         job.settings.width  = 320;
         job.settings.height = 240;
         REQUIRE(stereo_check(&stereo, &job) == STEREO_FIELD_NONE);
-        REQUIRE(job.settings.xsobel == ((features & STEREO_FEATURE_RAW) == 0));
+        REQUIRE(job.settings.xsobel == ((features & LITESTEREO_FEATURE_RAW) == 0));
     }
-    features = STEREO_FEATURE_XSOBEL;
+    features = LITESTEREO_FEATURE_XSOBEL;
     set_up();
     job.settings        = stereo_settings_bare(&stereo.capabilities.limits);
     job.settings.xsobel = false;

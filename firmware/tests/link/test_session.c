@@ -259,14 +259,14 @@ static const struct {
     int32_t  least, most, usual;
     uint32_t feature;
 } ranges[] = {
-    {PARAMETER_MIN_DISPARITY,     0,  255,     0,  STEREO_FEATURE_MIN_DISPARITY},
-    {PARAMETER_PREFILTER,         0,  1,       1,  STEREO_FEATURE_XSOBEL},
+    {PARAMETER_MIN_DISPARITY,     0,  255,     0,  LITESTEREO_FEATURE_MIN_DISPARITY},
+    {PARAMETER_PREFILTER,         0,  1,       1,  LITESTEREO_FEATURE_XSOBEL},
     {PARAMETER_PREFILTER_CAP,     1,  63,      31, 0},
-    {PARAMETER_TEXTURE_THRESHOLD, 0,  0xfffff, 10, STEREO_FEATURE_TEXTURE},
-    {PARAMETER_UNIQUENESS_RATIO,  0,  100,     15, STEREO_FEATURE_UNIQUENESS},
-    {PARAMETER_DISP12_MAX_DIFF,   -1, 254,     -1, STEREO_FEATURE_LEFT_RIGHT},
-    {PARAMETER_SUBPIXEL,          0,  1,       1,  STEREO_FEATURE_SUBPIXEL},
-    {PARAMETER_MEDIAN,            0,  1,       0,  STEREO_FEATURE_MEDIAN},
+    {PARAMETER_TEXTURE_THRESHOLD, 0,  0xfffff, 10, LITESTEREO_FEATURE_TEXTURE},
+    {PARAMETER_UNIQUENESS_RATIO,  0,  100,     15, LITESTEREO_FEATURE_UNIQUENESS},
+    {PARAMETER_DISP12_MAX_DIFF,   -1, 254,     -1, LITESTEREO_FEATURE_LEFT_RIGHT},
+    {PARAMETER_SUBPIXEL,          0,  1,       1,  LITESTEREO_FEATURE_SUBPIXEL},
+    {PARAMETER_MEDIAN,            0,  1,       0,  LITESTEREO_FEATURE_MEDIAN},
 };
 
 static void test_ranges(void)
@@ -320,7 +320,7 @@ static void test_features(void)
         put_parameter(payload, parameter, ranges[i].least);
         REQUIRE(ask(TYPE_CONFIGURE, 0, 0, payload, 8) == 0x82);
     }
-    device_info.limits.features = STEREO_FEATURE_XSOBEL;
+    device_info.limits.features = LITESTEREO_FEATURE_XSOBEL;
     set_up();
     hello(1);
     put_parameter(payload, PARAMETER_PREFILTER, 0);

@@ -553,7 +553,7 @@ static void test_no_transfer(void)
     /* Nor is there a path for streamed frames, for any peer. */
     peer = alice;
     hello(2);
-    REQUIRE((get_u32(reply.payload + 20) & PROTOCOL_FEATURE_STREAMING) == 0);
+    REQUIRE((get_u32(reply.payload + 20) & LITESTEREO_FEATURE_STREAMING) == 0);
     ask(TYPE_STREAM, 1, 0, "\75\0\53\0", 4);
     require_error(ERROR_TYPE, TYPE_STREAM);
 }

@@ -138,10 +138,10 @@ static void require_status(uint32_t frame_id, frame_state_t state, uint32_t miss
 static void test_feature(void)
 {
     start();
-    REQUIRE((get_u32(reply.payload + 20) & PROTOCOL_FEATURE_STREAMING) != 0);
+    REQUIRE((get_u32(reply.payload + 20) & LITESTEREO_FEATURE_STREAMING) != 0);
     transfer.stream = NULL;
     hello(2);
-    REQUIRE((get_u32(reply.payload + 20) & PROTOCOL_FEATURE_STREAMING) == 0);
+    REQUIRE((get_u32(reply.payload + 20) & LITESTEREO_FEATURE_STREAMING) == 0);
 }
 
 /* Without a path for streamed frames the type is unknown, for every peer. */

@@ -82,7 +82,7 @@ static void test_without_flash(void)
 
     set_up();
     hello(1);
-    REQUIRE((get_u32(reply.payload + 20) & PROTOCOL_FEATURE_UPDATE) == 0);
+    REQUIRE((get_u32(reply.payload + 20) & LITESTEREO_FEATURE_UPDATE) == 0);
     for (unsigned i = 0; i < sizeof(types); i++) {
         ask(types[i], 0, 0, NULL, 0);
         require_error(ERROR_TYPE, types[i]);
@@ -93,7 +93,7 @@ static void test_update(void)
 {
     set_up_with_flash();
     hello(1);
-    REQUIRE((get_u32(reply.payload + 20) & PROTOCOL_FEATURE_UPDATE) != 0);
+    REQUIRE((get_u32(reply.payload + 20) & LITESTEREO_FEATURE_UPDATE) != 0);
     REQUIRE(ask(TYPE_PROGRESS, 0, 0, NULL, 0) == 0x91);
     require_progress(UPDATE_EMPTY, UPDATE_NO_FAILURE);
     load();

@@ -25,7 +25,7 @@ int main(void)
     REQUIRE(scanf("%u %u", &width, &height) == 2);
     settings.width  = (uint16_t)width;
     settings.height = (uint16_t)height;
-    for (stereo_field_t field = STEREO_FIELD_DISPARITIES; field <= STEREO_FIELD_MEDIAN; field++) {
+    for (stereo_field_t field = STEREO_FIELD_FIRST; field <= STEREO_FIELD_LAST; field++) {
         int value;
 
         REQUIRE(scanf("%d", &value) == 1);

@@ -21,7 +21,6 @@ import pytest
 from litestereo.host_tools.core.settings import MatcherSettings
 from litestereo.host_tools.devices.connect import connect
 from litestereo.sim.bench.clocks import measure_frame
-from litestereo.sim.models.stereo_bm import StereoSettings
 from litestereo.sim.system.build import SimulationError
 from litestereo.sim.system.simulation import start_simulation
 from support.assert_stream import check_small_frame, check_stream
@@ -170,7 +169,7 @@ def test_a_real_pair(simulation, url, link):
     left, right = (np.ascontiguousarray(image[200:240, :320]) for image in (pair.left, pair.right))
     with connect(url if link == "serial" else f"udp://127.0.0.1:{simulation.udp_port}") as device:
         result = device.compute(left, right, settings)
-    same_as_opencv(result.disparity, left, right, StereoSettings(**dataclasses.asdict(settings)))
+    same_as_opencv(result.disparity, left, right, settings)
 
 
 @pytest.mark.parametrize("name, count", [
