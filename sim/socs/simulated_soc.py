@@ -5,7 +5,6 @@
 
 """The SoC in litex_sim: on integrated RAM, or on LiteDRAM's model of the Colorlight i5's SDRAM."""
 
-import json
 import os
 import shutil
 import sys
@@ -24,12 +23,12 @@ from litedram.core.controller import ControllerSettings
 from litedram.modules         import M12L64322A
 from litedram.phy.model       import SDRAMPHYModel
 
-from ...gateware.common.parameters import MatcherParameters
-from ...soc.build.builder          import StereoBuilder
-from ...soc.parts.stereo_soc       import StereoSoC
-from ...soc.parts.wide_ram         import WideRAM
-from .ethernet_model               import EthernetPHYModel
-from .simulator                    import build_simulator
+from ...soc.build.builder     import StereoBuilder
+from ...soc.parts.stereo_soc  import StereoSoC
+from ...soc.parts.wide_ram    import WideRAM
+from .ethernet_model          import EthernetPHYModel
+from .matcher                 import MATCHER
+from .simulator               import build_simulator
 
 MAIN_RAM_BYTES = 8*1024*1024 # As the SDRAM of a Colorlight i5.
 FLASH_ORIGIN   = 0x3000_0000
@@ -151,7 +150,7 @@ SOCS = {"integrated-ram": IntegratedRAMSoC, "sdram": SDRAMSoC}
 
 # Build --------------------------------------------------------------------------------------------
 
-def generate(memory, output_dir, matcher, modules_dir):
+def generate(memory, output_dir, modules_dir):
     """Write the sources of a simulator, and build the libraries for its firmware; returns the folder of its gateware.
 
     Parameters
@@ -160,12 +159,10 @@ def generate(memory, output_dir, matcher, modules_dir):
         Key of `SOCS`.
     output_dir : str
         LiteX's output folder.
-    matcher : MatcherParameters
-        What is built of the matcher.
     modules_dir : str
         Sources of our litex_sim modules.
     """
-    soc     = SOCS[memory](parameters=matcher)
+    soc     = SOCS[memory](parameters=MATCHER)
     builder = StereoBuilder(soc, output_dir, bios=not soc.integrated_rom_initialized)
     # LiteX writes a makefile into the folder of additional modules: give it a copy.
     modules_copy = os.path.join(output_dir, "modules")
@@ -181,7 +178,7 @@ def generate(memory, output_dir, matcher, modules_dir):
     return builder.gateware_dir
 
 if __name__ == "__main__":
-    memory, output_dir, matcher, modules_dir, *options = sys.argv[1:]
-    gateware_dir = generate(memory, output_dir, MatcherParameters(**json.loads(matcher)), modules_dir)
+    memory, output_dir, modules_dir, *options = sys.argv[1:]
+    gateware_dir = generate(memory, output_dir, modules_dir)
     if options != ["--no-simulator"]:
         build_simulator(gateware_dir)

@@ -7,7 +7,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import shutil
 import sys
@@ -15,7 +14,6 @@ from importlib.metadata import version
 from pathlib import Path
 
 from ...firmware import FIRMWARE_DIR
-from ...gateware.common.parameters import MatcherParameters
 from ...soc.boards import BOARDS
 from ...soc.build.paths import (
     LITEX_PACKAGES,
@@ -35,9 +33,6 @@ TOOLS          = {"verilator": "verilator", "riscv64-unknown-elf-gcc": "gcc-risc
 
 #: Rooms that a simulator is generated from, together with LiteX.
 SOURCES = ("gateware", "soc/build", "soc/parts", "soc/boards", "sim/socs")
-
-#: Parameters of the simulated matcher: every image of the Middlebury sets of 2001 and 2003 fits.
-MATCHER = MatcherParameters(max_width=640, disparities=64, max_block_size=15)
 
 
 class SimulationError(RuntimeError):
@@ -63,15 +58,13 @@ def build_soc(memory: str = "integrated-ram") -> Path:
     """
     if memory not in (*MEMORIES, *BOARDS):
         raise SimulationError(f"unknown memory {memory!r}: choose one of {', '.join((*MEMORIES, *BOARDS))}")
-    matcher = json.dumps(vars(MATCHER), default=sorted)
-    key     = content_key([memory, matcher, *(version(name) for name in LITEX_PACKAGES), *COMPILATION,
-                           code_key(*(PACKAGE_DIR / folder for folder in SOURCES))])
+    key = content_key([memory, *(version(name) for name in LITEX_PACKAGES), *COMPILATION,
+                       code_key(*(PACKAGE_DIR / folder for folder in SOURCES))])
 
     def build(folder: Path) -> None:
         # A separate process: LiteX changes the working directory, prints, and configures logging.
-        command = ["litestereo.sim.socs.simulated_board", memory, str(folder)] if memory in BOARDS else [
-            "litestereo.sim.socs.simulated_soc", memory, str(folder), matcher]
-        _run([sys.executable, "-m", *command, str(PACKAGE_DIR / "sim" / "socs" / "modules")], folder,
+        module = f"litestereo.sim.socs.simulated_{'board' if memory in BOARDS else 'soc'}"
+        _run([sys.executable, "-m", module, memory, str(folder), str(PACKAGE_DIR / "sim" / "socs" / "modules")], folder,
              f"the simulator of the SoC on {memory} (some minutes)")
 
     return built_once(build_directory() / "soc" / f"{memory}-{key}", build)

@@ -17,7 +17,8 @@ from ...host_tools.devices.connect import Device, connect
 from ...soc.reports.markdown import table
 from ..models.pattern import LEFT_SEED, RIGHT_SEED, pattern
 from ..models.stereo_bm import stereo_bm
-from ..system.build import MATCHER, MEMORIES
+from ..socs.matcher import MATCHER
+from ..system.build import MEMORIES
 from .area import placed_mhz
 from .pictures import Curve, plot
 from .presets import PUBLISHED, Preset, Scale
