@@ -42,6 +42,7 @@ static void describe(app_t *app)
         .max_width        = can->max_width,
         .max_height       = can->max_height,
         .limits           = can->limits,
+        .dma_alignment    = can->dma_alignment,
         .sys_clk_hz       = clock_hz(),
         .name             = platform_name(),
     };

@@ -85,7 +85,39 @@ static uint32_t features(const session_t *session)
         | (session->update != NULL ? LITESTEREO_FEATURE_UPDATE : 0);
 }
 
-static void put_capabilities(const session_t *session, uint8_t *payload)
+/* Value that comes after the fixed fields; 0 if the device has none of that number. */
+static uint32_t capability(const session_t *session, unsigned number)
+{
+    switch (number) {
+    case LITESTEREO_CAPABILITY_DMA_ALIGNMENT:
+        return session->info->dma_alignment;
+    case LITESTEREO_CAPABILITY_UPDATE_BYTES:
+        return session->update != NULL ? update_room(session->update) : 0;
+    default:
+        return 0;
+    }
+}
+
+/* Appends all values but 0, and returns their length in bytes. */
+static uint32_t put_more_capabilities(const session_t *session, uint8_t *payload)
+{
+    uint32_t length = 0;
+
+    for (unsigned number = 1; number <= LITESTEREO_CAPABILITIES; number++) {
+        uint32_t value = capability(session, number);
+
+        if (value != 0) {
+            put_u16(payload + length, (uint16_t)number);
+            put_u16(payload + length + 2, 0);
+            put_u32(payload + length + 4, value);
+            length += PROTOCOL_CAPABILITY_SIZE;
+        }
+    }
+    return length;
+}
+
+/* Returns the length of the payload. */
+static uint32_t put_capabilities(const session_t *session, uint8_t *payload)
 {
     const device_info_t *info = session->info;
 
@@ -107,6 +139,7 @@ static void put_capabilities(const session_t *session, uint8_t *payload)
     for (unsigned i = 0; i < PROTOCOL_NAME_SIZE && info->name[i] != 0; i++) {
         payload[PROTOCOL_NAME_OFFSET + i] = (uint8_t)info->name[i];
     }
+    return PROTOCOL_CAPABILITIES_SIZE + put_more_capabilities(session, payload + PROTOCOL_CAPABILITIES_SIZE);
 }
 
 /* Has gateware accept the chunks of this session if it is open and at UDP, and no others. */
@@ -146,8 +179,7 @@ void session_hello(session_t *session, exchange_t *exchange)
         set_transfer_session(session);
         count(session->counters, COUNTER_SESSIONS);
     }
-    put_capabilities(session, exchange->payload);
-    exchange->length = PROTOCOL_CAPABILITIES_SIZE;
+    exchange->length = put_capabilities(session, exchange->payload);
 }
 
 /* Parameters are numbered in the order of the fields that they set. */

@@ -29,6 +29,7 @@ typedef struct {
     uint16_t    max_width;         /**< Pixels. */
     uint16_t    max_height;        /**< Pixels. */
     stereo_limits_t limits;        /**< Of the settings. */
+    uint32_t    dma_alignment;     /**< Bytes. */
     uint32_t    sys_clk_hz;        /**< Frequency of the clocks that are reported. */
     uint32_t    address;           /**< IPv4 address, 192.168.1.50 is 0xc0a80132; 0 if there is no UDP. */
     uint16_t    port;              /**< UDP port; 0 if there is no UDP. */

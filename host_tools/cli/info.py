@@ -11,7 +11,7 @@ import argparse
 import dataclasses
 import json
 
-from ..core.features import feature_names
+from ..core.features import CAPABILITY_TEXTS, Capability, feature_names
 from ..devices.base import DeviceInfo
 from ..devices.connect import connect
 from .arguments import Parser, add_device, add_json
@@ -53,4 +53,6 @@ def _text(info: DeviceInfo) -> str:
     if info.gateware_version:
         lines.append(f"versions     gateware {info.gateware_version}, firmware {info.firmware_version}")
     lines.append(f"features     {', '.join(feature_names(info.features))}")
+    for name, value in info.capabilities.items():
+        lines.append(f"{name:12} {value}, {CAPABILITY_TEXTS[Capability[name.upper()]]}")
     return "\n".join(lines)

@@ -3,16 +3,24 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Optional stages of a matcher."""
+"""What a device can have, by name."""
 
 from __future__ import annotations
 
-from .features_table import ALL_STAGES, DESCRIPTIONS, Feature
+from collections.abc import Mapping
 
-__all__ = ["ALL_STAGES", "DESCRIPTIONS", "Feature", "feature_names"]
+from .features_table import ALL_STAGES, CAPABILITY_TEXTS, DESCRIPTIONS, Capability, Feature
+
+__all__ = ["ALL_STAGES", "CAPABILITY_TEXTS", "DESCRIPTIONS", "Capability", "Feature", "feature_names",
+           "named_capabilities"]
 
 
 def feature_names(features: int) -> list[str]:
     """Names of the features in a capability word; bits that are not known count as their number."""
     known = [feature.name.lower() for feature in Feature if features & feature and feature.name]
     return known + [f"bit {bit}" for bit in range(len(Feature), 32) if features >> bit & 1]
+
+
+def named_capabilities(values: Mapping[int, int]) -> dict[str, int]:
+    """Return the values of a device by name, of those numbers that are known here."""
+    return {known.name.lower(): values[known] for known in Capability if known in values}

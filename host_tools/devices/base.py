@@ -10,8 +10,8 @@ from __future__ import annotations
 import abc
 import contextlib
 import threading
-from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING
@@ -46,7 +46,8 @@ class DeviceInfo:
     """What a device is.
 
     Sizes are in pixels, versions "major.minor". `slots` is the number of frames that it holds at once, `features` has a
-    bit for each `Feature`, and `sys_clk_hz` is 0 if it has no clock.
+    bit for each `Feature`, and `sys_clk_hz` is 0 if it has no clock. Further
+    values are in `capabilities`, by the names of `Capability`; an absent one is 0.
     """
 
     url:              str
@@ -62,6 +63,7 @@ class DeviceInfo:
     features:         int = int(ALL_STAGES)
     gateware_version: str = ""
     firmware_version: str = ""
+    capabilities:     Mapping[str, int] = field(default_factory=dict, hash=False)
 
     def default_settings(self) -> MatcherSettings:
         """Return cv2.StereoBM's defaults with 64 disparities and block size 9, or less if the device has less."""

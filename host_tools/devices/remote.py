@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
 from ..core.errors import DeviceError, DeviceRefused, LiteStereoError, ProtocolError
+from ..core.features import named_capabilities
 from ..core.settings import MatcherSettings
 from ..link.channel import Channel
 from ..link.link import Link
@@ -48,6 +49,7 @@ def _describe(url: str, capabilities: payloads.Capabilities) -> DeviceInfo:
         features         = capabilities.features,
         gateware_version = _version(capabilities.gateware_version),
         firmware_version = _version(capabilities.firmware_version),
+        capabilities     = named_capabilities(capabilities.more),
     )
 
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 import enum
 import struct
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from ..core.errors import ProtocolError
@@ -22,6 +22,7 @@ _PARAMETER    = struct.Struct("<HHi")
 _SIZE         = struct.Struct("<HH")
 _OPENED       = struct.Struct("<HHI")
 _CAPABILITIES = struct.Struct("<IIHHHHHBBIIHHI16s")
+_CAPABILITY   = struct.Struct("<HHI")
 _STATUS       = struct.Struct("<BBHIII")
 _ERROR        = struct.Struct("<HBBI")
 _UPDATE       = struct.Struct("<II")
@@ -68,7 +69,11 @@ def _unpack(layout: struct.Struct, payload: bytes, what: str) -> tuple[Any, ...]
 
 @dataclass(frozen=True)
 class Capabilities:
-    """Reply to HELLO: what a device is; sizes in pixels, versions as major x 256 + minor."""
+    """Reply to HELLO: what a device is; sizes in pixels, versions as major x 256 + minor.
+
+    `more` has the values that come after the fixed fields, by their numbers, and those that are unknown here too. A
+    device with an older firmware sends none.
+    """
 
     session:          int
     nonce:            int
@@ -85,19 +90,25 @@ class Capabilities:
     chunk_size:       int
     sys_clk_hz:       int
     name:             str
+    more:             Mapping[int, int] = field(default_factory=dict, hash=False)
 
     def pack(self) -> bytes:
-        """Return the payload, 52 bytes."""
-        return _CAPABILITIES.pack(self.session, self.nonce, self.gateware_version, self.firmware_version,
-                                  self.max_width, self.max_height, self.max_disparities, self.min_block_size,
-                                  self.max_block_size, self.features, self.max_pixels, self.slots,
-                                  self.chunk_size, self.sys_clk_hz, self.name.encode("ascii"))
+        """Return the payload: 52 bytes, and 8 for each of the further values that is not 0."""
+        fixed = _CAPABILITIES.pack(self.session, self.nonce, self.gateware_version, self.firmware_version,
+                                   self.max_width, self.max_height, self.max_disparities, self.min_block_size,
+                                   self.max_block_size, self.features, self.max_pixels, self.slots,
+                                   self.chunk_size, self.sys_clk_hz, self.name.encode("ascii"))
+        return fixed + b"".join(_CAPABILITY.pack(number, 0, value) for number, value in sorted(self.more.items())
+                                if value)
 
     @classmethod
     def unpack(cls, payload: bytes) -> Capabilities:
         """Return the capabilities of a payload; raise ProtocolError if it is too short."""
         *numbers, name = _unpack(_CAPABILITIES, payload, "list of capabilities")
-        return cls(*(*numbers, name.split(b"\0")[0].decode("ascii", "replace")))
+        rest  = payload[_CAPABILITIES.size:]
+        whole = len(rest)//_CAPABILITY.size*_CAPABILITY.size
+        more  = {number: value for number, _, value in _CAPABILITY.iter_unpack(rest[:whole])}
+        return cls(*(*numbers, name.split(b"\0")[0].decode("ascii", "replace"), more))
 
 
 class FrameState(enum.IntEnum):

@@ -97,11 +97,17 @@ def test_features():
     assert {feature.name.lower(): feature.value.bit_length() - 1 for feature in Feature} == documented
 
 
+def test_further_capabilities():
+    documented = {row[1].strip("`"): int(row[0]) for row in section("Further capabilities")}
+    assert enumeration("litestereo_capability", "LITESTEREO_CAPABILITY_") == documented
+
+
 @pytest.mark.parametrize(("name", "pattern"), [
     ("PROTOCOL_VERSION",           r"Link protocol, version (\d+)"),
     ("PROTOCOL_MAGIC",             r"\(`(0x\w+)`\)"),
     ("PROTOCOL_CHUNK_SIZE",        r"bytes of payload, 0 to (\d+)"),
     ("PROTOCOL_CAPABILITIES_SIZE", r"name` of the device.*?^(\d+) bytes\."),
+    ("PROTOCOL_CAPABILITY_SIZE",   r"any number of values, (\d+) bytes each"),
     ("PROTOCOL_STATUS_SIZE",       r"first missing upload offset while.*?^(\d+) bytes\."),
     ("PROTOCOL_PROGRESS_SIZE",     r"bytes of the longest firmware.*?^(\d+) bytes\. Until"),
     ("PROTOCOL_NO_OFFSET",         r"`(0xf+)` if none is missing"),

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import random
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 from litestereo.host_tools.core.settings import Parameter
@@ -30,6 +31,9 @@ CAPABILITIES = payloads.Capabilities(
     max_height=768, max_disparities=64, min_block_size=5, max_block_size=21, features=0x5, max_pixels=786432,
     slots=2, chunk_size=CHUNK_BYTES, sys_clk_hz=100_000_000, name="LiteStereo",
 )
+
+#: As a device with values after the fixed fields tells it; one number is unknown to the host tools.
+MORE_CAPABILITIES = replace(CAPABILITIES, more={1: 16, 2: 262136, 0xffff: 7})
 
 STATUS = payloads.FrameStatus(state=payloads.FrameState.DONE, slot=1, error=0, clocks=123456,
                               first_row_clocks=2345, first_missing=0xffffffff)
@@ -90,6 +94,7 @@ def _edges() -> Iterator[tuple[str, Message]]:
         yield f"random_{length}", upload(generator.randbytes(length))
     for gap in (253, 254, 255):
         yield f"zero_every_{gap}", upload((b"\x5a" * gap + b"\0") * 4)
+    yield "hello_reply_with_more", Message(MessageType.HELLO, 0, 1, 0, 0, b"").reply(MORE_CAPABILITIES.pack())
     largest = 0xffffffff
     yield "largest_fields", Message(MessageType.READ, largest, largest, largest, largest, b"\xff" * 4)
     yield "other_version", Message(MessageType.HELLO, 0, 1, 0, 0, payloads.pack_number(NONCE), version=2)

@@ -361,6 +361,25 @@ static void test_long_name(void)
     device_info = usual;
 }
 
+/* Values after the fixed fields: a pair for each but those that are 0. */
+static void test_more_capabilities(void)
+{
+    device_info_t  usual = device_info;
+    const uint8_t *pair;
+
+    set_up();
+    hello(1);
+    REQUIRE(reply.length == PROTOCOL_CAPABILITIES_SIZE);
+    device_info.dma_alignment = 0x01020304;
+    set_up();
+    hello(1);
+    REQUIRE(reply.length == PROTOCOL_CAPABILITIES_SIZE + PROTOCOL_CAPABILITY_SIZE);
+    pair = reply.payload + PROTOCOL_CAPABILITIES_SIZE;
+    REQUIRE(get_u16(pair) == LITESTEREO_CAPABILITY_DMA_ALIGNMENT && get_u16(pair + 2) == 0);
+    REQUIRE(get_u32(pair + 4) == 0x01020304);
+    device_info = usual;
+}
+
 static void test_statistics(void)
 {
     set_up();
@@ -388,6 +407,7 @@ int main(void)
     test_features();
     test_small_device();
     test_long_name();
+    test_more_capabilities();
     test_statistics();
     return 0;
 }

@@ -83,6 +83,7 @@ static void test_without_flash(void)
     set_up();
     hello(1);
     REQUIRE((get_u32(reply.payload + 20) & LITESTEREO_FEATURE_UPDATE) == 0);
+    REQUIRE(reply.length == PROTOCOL_CAPABILITIES_SIZE);
     for (unsigned i = 0; i < sizeof(types); i++) {
         ask(types[i], 0, 0, NULL, 0);
         require_error(ERROR_TYPE, types[i]);
@@ -94,6 +95,9 @@ static void test_update(void)
     set_up_with_flash();
     hello(1);
     REQUIRE((get_u32(reply.payload + 20) & LITESTEREO_FEATURE_UPDATE) != 0);
+    REQUIRE(reply.length == PROTOCOL_CAPABILITIES_SIZE + PROTOCOL_CAPABILITY_SIZE);
+    REQUIRE(get_u16(reply.payload + PROTOCOL_CAPABILITIES_SIZE) == LITESTEREO_CAPABILITY_UPDATE_BYTES);
+    REQUIRE(get_u32(reply.payload + PROTOCOL_CAPABILITIES_SIZE + 4) == update_room(&update));
     REQUIRE(ask(TYPE_PROGRESS, 0, 0, NULL, 0) == 0x91);
     require_progress(UPDATE_EMPTY, UPDATE_NO_FAILURE);
     load();

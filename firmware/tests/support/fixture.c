@@ -81,7 +81,8 @@ void hello(uint32_t nonce)
     token = 0;
     put_u32(payload, nonce);
     REQUIRE(ask(TYPE_HELLO, 0, 0, payload, 4) == (TYPE_HELLO | PROTOCOL_REPLY_BIT));
-    REQUIRE(reply.length == PROTOCOL_CAPABILITIES_SIZE);
+    REQUIRE(reply.length >= PROTOCOL_CAPABILITIES_SIZE);
+    REQUIRE((reply.length - PROTOCOL_CAPABILITIES_SIZE) % PROTOCOL_CAPABILITY_SIZE == 0);
     token = get_u32(reply.payload);
 }
 

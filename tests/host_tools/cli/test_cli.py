@@ -141,11 +141,13 @@ def test_match_of_a_colour_pair_says_so(tmp_path, capfd):
 def test_info(url, capfd):
     assert run("info", "--device", url) == 0
     out = capfd.readouterr().out
-    for text in ("LiteStereo", "200x", "disparities  32", "5 to 11", "100 MHz", "firmware 0.1"):
+    for text in ("LiteStereo", "200x", "disparities  32", "5 to 11", "100 MHz", "firmware 0.1",
+                 "dma_alignment 16, alignment of images"):
         assert text in out
     assert run("info", "--device", url, "--json") == 0
     told = json.loads(capfd.readouterr().out)
     assert (told["max_width"], told["max_disparities"], told["url"]) == (200, 32, url)
+    assert told["capabilities"]["dma_alignment"] == 16
     assert run("info", "--device", "model:") == 0
     assert "reference model" in capfd.readouterr().out
 

@@ -162,6 +162,20 @@ def test_wrong_options_are_refused(url):
         connect(url)
 
 
+@pytest.mark.parametrize(("more", "expected"), [
+    ({}, {}),
+    ({1: 16, 2: 262136}, {"dma_alignment": 16, "update_bytes": 262136}),
+    ({2: 5, 0x1234: 7}, {"update_bytes": 5}),
+], ids=["older firmware", "firmware of today", "newer firmware"])
+def test_capabilities(more, expected):
+    """Those that are known here, by name: unknown numbers are skipped, absent ones are not in it."""
+    with udp_device() as there:
+        there.more = more
+        with connect(there.url) as device:
+            assert device.info().capabilities == expected
+            assert device.info().max_disparities == 128
+
+
 class SimulationError(Exception):
     """What a simulation that cannot start raises."""
 

@@ -9,10 +9,12 @@ import itertools
 import re
 import struct
 import zlib
+from dataclasses import replace
 
 import pytest
 
 from litestereo.host_tools.core.errors import LiteStereoError, ProtocolError, SessionLost
+from litestereo.host_tools.core.features import CAPABILITY_TEXTS, Capability, named_capabilities
 from litestereo.host_tools.core.settings import Parameter
 from litestereo.host_tools.link.serial_framing import MAX_ENCODED_BYTES, Demultiplexer, encode_frame
 from litestereo.host_tools.protocol import messages as protocol
@@ -21,7 +23,15 @@ from litestereo.host_tools.protocol.messages import ErrorCode, Message, MessageT
 from litestereo.host_tools.protocol.refusals import failed_frame, failed_update, refusal
 from support.pairs import byte_generator
 from support.paths import CHECKOUT
-from support.protocol_vectors import CAPABILITIES, PROGRESS, STATUS, VECTOR_FILE, vector_text, vectors
+from support.protocol_vectors import (
+    CAPABILITIES,
+    MORE_CAPABILITIES,
+    PROGRESS,
+    STATUS,
+    VECTOR_FILE,
+    vector_text,
+    vectors,
+)
 
 DOCUMENT = CHECKOUT / "docs" / "protocol.md"
 
@@ -181,6 +191,35 @@ def test_documented_capabilities_and_status():
         field = getattr(CAPABILITIES, name.split()[0])
         assert value == (field.encode().ljust(16, b"\0") if isinstance(field, str) else
                          field.to_bytes(len(value), "little")), name
+
+
+def test_documented_further_capabilities():
+    documented = {row[1].strip("`"): int(row[0]) for row in table("Further capabilities")}
+    assert documented == {one.name.lower(): one.value for one in Capability}
+    assert set(CAPABILITY_TEXTS) == set(Capability)
+
+
+def test_further_capabilities():
+    """They come after the 52 bytes; unknown numbers are kept apart, and a torn pair is ignored."""
+    payload = MORE_CAPABILITIES.pack()
+    assert payload[52:60] == bytes([1, 0, 0, 0, 16, 0, 0, 0])
+    assert len(payload) == 52 + 3*8
+    for torn in range(8):
+        assert payloads.Capabilities.unpack(payload + bytes(torn)) == MORE_CAPABILITIES
+    assert named_capabilities(MORE_CAPABILITIES.more) == {"dma_alignment": 16, "update_bytes": 262136}
+    assert replace(CAPABILITIES, more={1: 0}).pack() == CAPABILITIES.pack()
+
+
+def test_older_firmware_sends_no_list():
+    assert payloads.Capabilities.unpack(CAPABILITIES.pack()).more == {}
+    assert named_capabilities({}) == {}
+
+
+def test_an_older_host_reads_the_fixed_fields():
+    """As it did: at least 52 bytes, of which it unpacks the first."""
+    payload = MORE_CAPABILITIES.pack()
+    assert len(payload) >= 52
+    assert struct.unpack_from("<IIHHHHHBBIIHHI16s", payload) == struct.unpack("<IIHHHHHBBIIHHI16s", CAPABILITIES.pack())
 
 
 @pytest.mark.parametrize("code", list(ErrorCode))
