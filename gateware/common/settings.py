@@ -57,6 +57,8 @@ class Setting:
         cv2.StereoBM's default, if it is another one.
     option : str
         Name of its field in the register `options`; otherwise the setting has a register called as it is.
+    option_bit : int
+        Place of that field; it never changes its meaning. `FRAME_OPTIONS` has places too.
     register_off : int, optional
         `off` as the register holds it, if it is another value there.
     """
@@ -79,6 +81,7 @@ class Setting:
     built:          tuple[str, ...] = field(default=())
     opencv_default: int | None      = None
     option:         str             = ""
+    option_bit:     int             = 0
     register_off:   int | None      = None
 
     @property
@@ -122,7 +125,7 @@ SETTINGS = (
         least=0, most=255, default=0, off=0, bits=8, unit="pixels", feature="min_disparity"),
     Setting(4, "prefilter", "XSOBEL prefilter; otherwise grey values as they are, and no texture test",
         least=0, most=1, default=1, off=0, bits=1, values=("none", "xsobel"), choice=True, feature="xsobel",
-        off_feature="raw", option="xsobel"),
+        off_feature="raw", option="xsobel", option_bit=0),
     Setting(5, "prefilter_cap", "largest slope that the prefilter keeps",
         least=1, most=63, default=31, bits=6, unused_without="prefilter"),
     Setting(6, "texture_threshold", "least sum of the prefilter's slopes in a block",
@@ -134,9 +137,10 @@ SETTINGS = (
         register_off=255),
     Setting(9, "subpixel", "sixteenths of a pixel; otherwise whole pixels",
         least=0, most=1, default=1, off=0, bits=1, values=("whole pixels", "sixteenths"), feature="subpixel",
-        option="subpixel"),
+        option="subpixel", option_bit=1),
     Setting(10, "median", "median of 3x3 pixels as the last step",
-        least=0, most=1, default=0, off=0, bits=1, values=("off", "on"), feature="median", option="median"),
+        least=0, most=1, default=0, off=0, bits=1, values=("off", "on"), feature="median",
+        option="median", option_bit=2),
 )
 
 @dataclass(frozen=True)
@@ -155,9 +159,15 @@ FRAME_REGISTERS = (
     FrameRegister("height",         16, f"Rows of the images, from ``block_size`` to {MAX_HEIGHT}."),
 )
 
-# Fields of the register `options` behind those of the settings.
+@dataclass(frozen=True)
+class FrameOption:
+    """A field of the register `options` that is no setting of the matcher."""
+    name: str
+    bit:  int
+    text: str
+
 FRAME_OPTIONS = (
-    FrameRegister("streamed", 1, "Pixels come from a stream past memory; ``left_base`` and ``right_base`` are not read."),
+    FrameOption("streamed", 3, "Pixels come from a stream past memory; ``left_base`` and ``right_base`` are not read."),
 )
 
 def setting(name: str) -> Setting:

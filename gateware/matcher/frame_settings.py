@@ -14,15 +14,17 @@ from ..common.settings import FRAME_OPTIONS, FRAME_REGISTERS, SETTINGS, setting
 
 NO_CHECK = setting("disp12_max_diff").off_in_register # No left-right check.
 
-# Fields of the register `options`, and registers: name, bits, description.
-OPTIONS   = [(one.option, one.bits, one.register_text) for one in SETTINGS if one.option] + [
-    (one.name, one.bits, one.text) for one in FRAME_OPTIONS]
+# Fields of the register `options`: name, bit, description.
+OPTIONS = sorted([(one.option, one.option_bit, one.register_text) for one in SETTINGS if one.option] + [
+    (one.name, one.bit, one.text) for one in FRAME_OPTIONS], key=lambda option: option[1])
+
+# The other registers: name, bits, description.
 REGISTERS = [(one.name, one.bits, one.text) for one in FRAME_REGISTERS] + [
     (one.name, one.bits, one.register_text) for one in SETTINGS if not one.option]
 
 def frame_settings():
     """Return the settings of a frame, as the registers hold them: (name, bits)."""
-    return [(name, bits) for name, bits, _ in REGISTERS + OPTIONS]
+    return [(name, bits) for name, bits, _ in REGISTERS] + [(name, 1) for name, *_ in OPTIONS]
 
 class FrameSettings(LiteXModule):
     """The settings of the frame under way, and whether they are legal.

@@ -61,7 +61,7 @@ class PeripheralCSR:
             setattr(self, f"_{name}", storage)
             self.comb += getattr(self, name).eq(storage.storage)
         self._options = CSRStorage(name="options", fields=[
-            CSRField(name, size=bits, description=text) for name, bits, text in OPTIONS])
+            CSRField(name, size=1, offset=bit, description=text) for name, bit, text in OPTIONS])
         self.comb += [getattr(self, name).eq(getattr(self._options.fields, name)) for name, *_ in OPTIONS]
 
     def add_control_registers(self):

@@ -12,7 +12,7 @@ import pytest
 
 from litestereo.gateware.common import features, settings
 from litestereo.gateware.common.features import CAPABILITY_TABLE, FEATURE_TABLE
-from litestereo.gateware.common.settings import SETTINGS, setting
+from litestereo.gateware.common.settings import FRAME_OPTIONS, SETTINGS, setting
 from litestereo.host_tools.core.settings import MatcherSettings
 from litestereo.soc.reports import tables
 
@@ -76,6 +76,12 @@ def test_a_row_is_sound(one):
         assert setting(one.unused_without).off is not None
     assert one.text[0] == one.text[0].lower() or one.text[:2].isupper()
     assert not one.text.endswith(".")
+
+
+def test_bits_of_options_are_told_apart():
+    """Each has a different one, those that are no settings too."""
+    bits = [one.option_bit for one in SETTINGS if one.option] + [one.bit for one in FRAME_OPTIONS]
+    assert sorted(bits) == list(range(len(bits)))
 
 
 def test_host_tools_have_the_defaults():
