@@ -115,12 +115,13 @@ class Setting:
             sentences.append(f"Unused without ``{setting(self.unused_without).register}``.")
         return " ".join(sentences)
 
-# The defaults are cv2.StereoBM's but for the block size: 9 is the largest block that every board's matcher is built for.
+# The defaults are cv2.StereoBM's but for the block size: 9 is the largest one that every board is built for.
 SETTINGS = (
     Setting(1, "disparities", "number of disparities searched",
         least=16, most=256, step=16, default=64, bits=9, built=("``max_disparities``", "number")),
     Setting(2, "block_size", "side of the block in pixels",
-        least=5, most=255, step=2, default=9, opencv_default=21, bits=6, built=("the largest of ``block_sizes``", "maximum")),
+        least=5, most=255, step=2, default=9, opencv_default=21, bits=6,
+        built=("the largest of ``block_sizes``", "maximum")),
     Setting(3, "min_disparity", "smallest disparity searched",
         least=0, most=255, default=0, off=0, bits=8, unit="pixels", feature="min_disparity"),
     Setting(4, "prefilter", "XSOBEL prefilter; otherwise grey values as they are, and no texture test",
@@ -129,7 +130,8 @@ SETTINGS = (
     Setting(5, "prefilter_cap", "largest slope that the prefilter keeps",
         least=1, most=63, default=31, bits=6, unused_without="prefilter"),
     Setting(6, "texture_threshold", "least sum of the prefilter's slopes in a block",
-        least=0, most=2**20 - 1, default=10, off=0, off_text="no test", bits=20, feature="texture", unused_without="prefilter"),
+        least=0, most=2**20 - 1, default=10, off=0, off_text="no test", bits=20, feature="texture",
+        unused_without="prefilter"),
     Setting(7, "uniqueness_ratio", "percent by which the cost of any other disparity must be larger",
         least=0, most=100, default=15, off=0, off_text="no test", bits=7, feature="uniqueness"),
     Setting(8, "disp12_max_diff", "largest difference in the left-right check",
@@ -154,8 +156,8 @@ FRAME_REGISTERS = (
     FrameRegister("left_base",      32, "Byte address of the left image, a multiple of ``dma_alignment``."),
     FrameRegister("right_base",     32, "Byte address of the right image, a multiple of ``dma_alignment``."),
     FrameRegister("disparity_base", 32, "Byte address of the map, a multiple of ``dma_alignment``."),
-    FrameRegister("width",          16, "Columns of the images, from ``min_disparity`` + ``disparities`` + ``block_size`` - 1 "
-                                        "to ``max_width``."),
+    FrameRegister("width",          16, "Columns of the images, from ``min_disparity`` + ``disparities`` + "
+                                        "``block_size`` - 1 to ``max_width``."),
     FrameRegister("height",         16, f"Rows of the images, from ``block_size`` to {MAX_HEIGHT}."),
 )
 

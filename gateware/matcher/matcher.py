@@ -12,6 +12,7 @@ from litex.gen import *
 from litex.soc.interconnect import stream
 
 from ..common                     import *
+from ..common.settings            import SETTINGS
 from ..engines.costs              import check_engine
 from ..engines.sad.sad_engine     import SADEngine
 from ..post.border                import Border
@@ -36,20 +37,23 @@ SETTLE_CLOCKS = 1 + 2 + 3
 def matcher_settings(parameters):
     """Settings of a frame: (name, bits, value after reset, whether the matcher is built for it, fixed value if not)."""
     features = parameters.features
+    choice   = {"xsobel", "raw"} <= features # Of the prefilter.
+    lowest   = "min_disparity" in features
+    usual    = {one.register: one.default for one in SETTINGS}
     return [
         ("width",             bits_for(parameters.max_width),      parameters.max_width,      True, 0),
         ("height",            bits_for(parameters.max_height),     parameters.max_height,     True, 0),
         ("disparities",       bits_for(parameters.disparities),    parameters.disparities,    True, 0),
         ("block_size",        bits_for(parameters.max_block_size), parameters.max_block_size, True, 0),
-        ("min_disparity",     bits_for(MAX_MIN_DISPARITY),    0,   "min_disparity" in features, 0),
-        ("xsobel",            1,                              1,   {"xsobel", "raw"} <= features, "xsobel" in features),
-        ("prefilter_cap",     bits_for(MAX_PREFILTER_CAP),    31,  "xsobel"        in features, 0),
-        ("texture_threshold", TEXTURE_BITS,                   10,  "texture"       in features, 0),
-        ("uniqueness_ratio",  bits_for(MAX_UNIQUENESS_RATIO), 15,  "uniqueness"    in features, 0),
-        ("subpixel",          1,                              1,   "subpixel"      in features, 0),
-        ("left_right",        1,                              0,   "left_right"    in features, 0),
-        ("disp12_max_diff",   bits_for(MAX_DISP12_MAX_DIFF),  1,   "left_right"    in features, 0),
-        ("median",            1,                              0,   "median"        in features, 0),
+        ("min_disparity",     bits_for(MAX_MIN_DISPARITY),    usual["min_disparity"],     lowest, 0),
+        ("xsobel",            1,                              usual["xsobel"],            choice, "xsobel" in features),
+        ("prefilter_cap",     bits_for(MAX_PREFILTER_CAP),    usual["prefilter_cap"],     "xsobel"     in features, 0),
+        ("texture_threshold", TEXTURE_BITS,                   usual["texture_threshold"], "texture"    in features, 0),
+        ("uniqueness_ratio",  bits_for(MAX_UNIQUENESS_RATIO), usual["uniqueness_ratio"],  "uniqueness" in features, 0),
+        ("subpixel",          1,                              usual["subpixel"],          "subpixel"   in features, 0),
+        ("left_right",        1,                              0,                          "left_right" in features, 0),
+        ("disp12_max_diff",   bits_for(MAX_DISP12_MAX_DIFF),  1,                          "left_right" in features, 0),
+        ("median",            1,                              usual["median"],            "median"     in features, 0),
     ]
 
 # Matcher ------------------------------------------------------------------------------------------

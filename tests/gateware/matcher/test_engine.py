@@ -17,9 +17,10 @@ from litestereo.gateware.common.parameters import MatcherParameters
 from litestereo.gateware.engines.costs import check_engine, cost_layout, pass_position, positioned_pair_layout
 from litestereo.gateware.engines.sad.sad_engine import SADEngine
 from litestereo.gateware.matcher.matcher import Matcher, matcher_settings
+from litestereo.host_tools.core.settings import MatcherSettings
 from litestereo.sim.cores.cosim import pixel_words, signals
 from litestereo.sim.cores.stream_core import StreamCore
-from litestereo.sim.models.stereo_bm import StereoSettings, stereo_bm
+from litestereo.sim.models.stereo_bm import stereo_bm
 from support.pairs import generator, textured_pair
 
 BUILT = MatcherParameters(max_width=64, max_height=100, disparities=16, max_block_size=5)
@@ -55,9 +56,9 @@ class LateMatcher(Matcher):
 
 def test_another_engine():
     """Its latency is all that the matcher has to know: the map is the same, no result is lost under back-pressure."""
-    matcher     = LateMatcher(64, 100, 16, 5)
+    matcher     = LateMatcher(BUILT)
     core        = StreamCore(matcher, [name for name, *_ in matcher_settings(matcher.parameters)])
-    settings    = StereoSettings(16, 5, disp12_max_diff=1)
+    settings    = MatcherSettings(16, 5, disp12_max_diff=1)
     left, right = textured_pair(60, 20, generator(37), 9)
     core.set(**signals(60, 20, settings))
     for valid, ready in [(1.0, 1.0), (1.0, 0.3)]:
@@ -65,7 +66,7 @@ def test_another_engine():
         found  = result.words.astype(np.uint16).view(np.int16).reshape(20, 60)
         assert np.array_equal(found, stereo_bm(left, right, settings))
     core.close()
-    assert matcher.fifo.depth == 2*Matcher(64, 100, 16, 5).fifo.depth
+    assert matcher.fifo.depth == 2*Matcher(BUILT).fifo.depth
 
 
 def engine(sink=None, source=None, latency=8):
@@ -106,4 +107,4 @@ class WrongMatcher(Matcher):
 def test_matcher_refuses_what_is_none():
     """When it is built, by name."""
     with pytest.raises(ValueError, match="LiteXModule.latency must be a number of clocks"):
-        WrongMatcher(64, 100, 16, 5)
+        WrongMatcher(BUILT)
