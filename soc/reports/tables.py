@@ -216,7 +216,8 @@ def features_module() -> str:
         stages           = sum(1 << one.bit for one in FEATURE_TABLE if one.kind == "stage"),
         capabilities     = "\n".join(f"    {one.name.upper():13} = {one.number}" for one in CAPABILITY_TABLE),
         capability_texts = "\n".join(
-            f"    {f'Capability.{one.name.upper()}:':25} {quoted(with_unit(one.text, one.unit))}," for one in CAPABILITY_TABLE),
+            f"    {f'Capability.{one.name.upper()}:':25} {quoted(with_unit(one.text, one.unit))},"
+            for one in CAPABILITY_TABLE),
         descriptions     = "\n".join(
             f"    {f'Feature.{one.name.upper()}:':{width + 9}} {quoted(one.text)}," for one in FEATURE_TABLE),
     )
