@@ -10,7 +10,7 @@ from __future__ import annotations
 import argparse
 import dataclasses
 
-from ..core.settings import DEFAULT_BLOCK_SIZE, RULES, MatcherSettings
+from ..core.settings import RULES, MatcherSettings
 from ..core.speckle import SpeckleFilter
 from .arguments import natural, setting
 
@@ -38,9 +38,10 @@ def add_settings(parser: argparse.ArgumentParser, speckle: bool = True) -> None:
 
     With `speckle` those of the speckle filter, which runs on this host, are added too.
     """
+    block = RULES["block_size"]
     group = parser.add_argument_group("matching", "Defaults are cv2.StereoBM's, except the block size: "
-                                                   f"{DEFAULT_BLOCK_SIZE}, OpenCV's is 21.\nA stage that the device "
-                                                   "was built without is off.")
+                                                  f"{block.default}, OpenCV's is {block.opencv_default}.\nA stage that "
+                                                  "the device was built without is off.")
     for name, rule in RULES.items():
         option = f"--{name.replace('_', '-')}"
         if rule.choice:

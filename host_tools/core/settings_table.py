@@ -169,7 +169,7 @@ RULES = {
     ),
     "texture_threshold": Rule(
         parameter      = Parameter.TEXTURE_THRESHOLD,
-        text           = "least sum of slopes in a block",
+        text           = "least sum of the prefilter's slopes in a block",
         least          = 0,
         most           = 1048575,
         step           = 1,
@@ -186,7 +186,7 @@ RULES = {
     ),
     "uniqueness_ratio": Rule(
         parameter      = Parameter.UNIQUENESS_RATIO,
-        text           = "how much more any other disparity must cost",
+        text           = "percent by which the cost of any other disparity must be larger",
         least          = 0,
         most           = 100,
         step           = 1,
@@ -194,7 +194,7 @@ RULES = {
         opencv_default = 15,
         off            = 0,
         off_text       = "no test",
-        unit           = "percent",
+        unit           = "",
         feature        = Feature.UNIQUENESS,
         off_feature    = Feature(0),
         values         = (),
@@ -275,9 +275,9 @@ class SettingFields:
     prefilter_cap
         Largest slope that the prefilter keeps, 1 to 63.
     texture_threshold
-        Least sum of slopes in a block, 0 to 1048575; 0 for no test.
+        Least sum of the prefilter's slopes in a block, 0 to 1048575; 0 for no test.
     uniqueness_ratio
-        How much more any other disparity must cost, 0 to 100 percent; 0 for no test.
+        Percent by which the cost of any other disparity must be larger, 0 to 100; 0 for no test.
     disp12_max_diff
         Largest difference in the left-right check, 0 to 254 pixels; -1 for no check.
     subpixel

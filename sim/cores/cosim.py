@@ -24,7 +24,7 @@ def pixel_words(left: NDArray[np.uint8], right: NDArray[np.uint8]) -> NDArray[np
 
 
 def signals(width: int, height: int, settings: Settings) -> dict[str, int]:
-    """The settings of a frame as the matcher's Signals have them."""
+    """Return the values of the matcher's Signals for the settings of a frame."""
     return {
         "width":             width,
         "height":            height,

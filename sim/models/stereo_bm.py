@@ -44,7 +44,7 @@ def invalid_value(settings: Settings) -> int:
 def minimum_size(settings: Settings) -> tuple[int, int]:
     """Return width and height in pixels of the smallest image that has one pixel with a disparity.
 
-    `cv2.StereoBM` wants one row more, for no reason that shows in its results.
+    `cv2.StereoBM` requires one row more, although its result does not depend on it.
     """
     return max(settings.min_disparity + settings.disparities - 1, 0) + settings.block_size, settings.block_size
 
@@ -68,7 +68,7 @@ def stereo_bm(left: NDArray[np.uint8], right: NDArray[np.uint8],
     Returns
     -------
     int16, H x W, in sixteenths of a pixel; `invalid_value(settings)` where there is no disparity, which is
-    everywhere in an image that is too narrow for one.
+    everywhere in an image that is too narrow.
 
     Raises
     ------
@@ -105,7 +105,7 @@ def stereo_bm(left: NDArray[np.uint8], right: NDArray[np.uint8],
 
 def _match_rows(left: NDArray[np.uint8], right: NDArray[np.uint8], settings: Settings,
                 columns: stages.Columns) -> NDArray[np.int16]:
-    """Disparities of all rows that have a whole block, in the columns that have a cost."""
+    """Return the disparities of all rows that have a whole block, in the columns that have a cost."""
     invalid     = np.int16(invalid_value(settings))
     costs       = stages.block_costs(left, right, columns)
     index, cost = stages.winners(costs)
