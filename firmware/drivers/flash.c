@@ -66,31 +66,41 @@ status_t flash_init(flash_t *flash, uint32_t clock_hz)
     uint32_t maker, capacity;
 
     memset(flash, 0, sizeof(*flash));
-    flash->clock_hz      = clock_hz;
+    flash->clock_hz = clock_hz;
     if (!HAS_FLASH) {
         return STATUS_UNSUPPORTED;
     }
-    flash->images        = FLASH_IMAGES;
-    flash->images_offset = FLASH_IMAGES_OFFSET;
-    flash->image_bytes   = FLASH_IMAGE_BYTES;
-    flash->id            = read_id();
-    maker                = flash->id >> 16;
-    capacity             = flash->id & 0xff;
+    flash->images         = FLASH_IMAGES;
+    flash->images_offset  = FLASH_IMAGES_OFFSET;
+    flash->image_bytes    = FLASH_IMAGE_BYTES;
+    flash->records_offset = FLASH_RECORDS_OFFSET;
+    flash->records_bytes  = FLASH_RECORDS_BYTES;
+    flash->id             = read_id();
+    maker                 = flash->id >> 16;
+    capacity              = flash->id & 0xff;
     if (maker == 0 || maker == 0xff || capacity < LEAST_CAPACITY || capacity > MOST_CAPACITY
-        || flash->images_offset + flash->images * flash->image_bytes > 1u << capacity) {
+        || flash->images_offset + flash->images * flash->image_bytes > 1u << capacity
+        || flash->records_offset + flash->records_bytes > 1u << capacity) {
         return STATUS_UNSUPPORTED;
     }
     return STATUS_OK;
 }
 
-/* Whether these bytes are within the images and within one page or sector of `piece` bytes, a power of two. */
+/* Whether these bytes are within the `size` bytes from `offset` on. */
+static bool is_within(uint32_t address, uint32_t length, uint32_t offset, uint32_t size)
+{
+    uint32_t inside = address - offset;
+
+    return address >= offset && inside < size && length <= size - inside;
+}
+
+/* Whether these bytes are within the images or the records, and within one page or sector of `piece` bytes, a power of
+ * two. */
 static bool is_writable(const flash_t *flash, uint32_t address, uint32_t length, uint32_t piece)
 {
-    uint32_t inside = address - flash->images_offset;
-    uint32_t size   = flash->images * flash->image_bytes;
-
-    return address >= flash->images_offset && inside < size && length <= size - inside && length > 0
-        && address % piece + length <= piece;
+    return length > 0 && address % piece + length <= piece
+        && (is_within(address, length, flash->images_offset, flash->images * flash->image_bytes)
+            || is_within(address, length, flash->records_offset, flash->records_bytes));
 }
 
 /* Enables writing and sends a command with its address; leaves the flash selected. */

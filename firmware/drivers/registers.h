@@ -113,6 +113,14 @@ WRITES(frame_link_stream_control)
 
 #endif
 
+/* And where its records are. */
+#ifndef FLASH_RECORDS_BYTES
+
+#define FLASH_RECORDS_OFFSET 0
+#define FLASH_RECORDS_BYTES  0
+
+#endif
+
 #ifndef CSR_FLASH_BASE
 
 /* Nothing drives the pin, so it is high. */

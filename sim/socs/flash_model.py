@@ -18,6 +18,10 @@ ID           = 0x9f
 JEDEC_ID     = 0xef4018 # Of a chip that all boards' images fit in.
 SECTOR_BYTES = 4096
 
+def flash_model_bytes(used_bytes):
+    """Return the size of a model that has room for `used_bytes`: the next power of two."""
+    return 1 << (used_bytes - 1).bit_length()
+
 # Flash Model --------------------------------------------------------------------------------------
 
 class FlashModel(LiteXModule):

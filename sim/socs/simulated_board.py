@@ -20,7 +20,7 @@ from ...soc.boards           import soc_class
 from ...soc.boards.board_soc import BoardSoC, PIXEL_DOMAIN, PIXEL_HZ
 from ...soc.build.builder    import StereoBuilder
 from .ethernet_model         import EthernetPHYModel
-from .flash_model            import FlashModel
+from .flash_model            import FlashModel, flash_model_bytes
 from .simulated_soc          import IO, MATCHER_CLK_FREQ, SYS_CLK_FREQ, SimulatedCRG, SimulatedSoC
 from .simulator              import build_simulator
 from .video_model            import VideoPHYModel
@@ -57,7 +57,8 @@ def simulated(board):
 
         def make_flash_pads(self):
             # A reset of the SoC is none of the flash.
-            return ClockDomainsRenamer("por")(FlashModel(self.flash_images*self.flash_image_bytes))
+            return ClockDomainsRenamer("por")(FlashModel(flash_model_bytes(
+                self.flash_images*self.flash_image_bytes + self.flash_records_bytes)))
 
         @staticmethod
         def sim_config():
@@ -88,7 +89,8 @@ def build(board, output_dir, modules_dir):
         opt_level       = "O3",
     )
     with open(os.path.join(output_dir, "board.json"), "w") as file:
-        json.dump({"rom": soc.rom_bytes, "flash": {"bytes": soc.flash_image_bytes, "images": soc.flash_images}}, file)
+        json.dump({"rom": soc.rom_bytes, "flash": {"bytes": soc.flash_image_bytes, "images": soc.flash_images,
+            "records": soc.flash_records_bytes}}, file)
     build_simulator(builder.gateware_dir)
 
 if __name__ == "__main__":

@@ -170,7 +170,7 @@ def memory_contents(ram: str, soc: Path, firmware: bytes) -> dict[str, tuple[byt
         return {"sim_flash.init": (image, 4)}
     # The same contents as after `make flash`.
     flash = json.loads((soc / "board.json").read_text())["flash"]
-    return {"sim_flash.init": (image.ljust(flash["bytes"], b"\xff")*flash["images"], 4),
+    return {"sim_flash.init": (image.ljust(flash["bytes"], b"\xff")*flash["images"] + b"\xff"*flash["records"], 4),
             "sim_rom.init":   (build_boot(soc).read_bytes(), 4)}
 
 

@@ -32,6 +32,9 @@ SDR_SETTINGS = ControllerSettings(read_time=256, write_time=128)
 FLASH_IMAGES      = 2
 FLASH_IMAGE_BYTES = 256*1024
 
+# Records of the firmware in flash, after its images: eight kinds, two copies of 20 KiB each (`records.h` of the firmware).
+FLASH_RECORDS_BYTES = 8*2*20*1024
+
 # Clock domain of a matcher with a separate clock.
 MATCHER_DOMAIN = "matcher"
 
@@ -77,6 +80,7 @@ class BoardSoC(StereoSoC):
     flash_offset      = 4*1024*1024 # Of the firmware's images, behind the largest bitstream.
     flash_images      = FLASH_IMAGES
     flash_image_bytes = FLASH_IMAGE_BYTES
+    flash_records_bytes = FLASH_RECORDS_BYTES
 
     def __init__(self, preset, platform=None, sys_clk_freq=None, **kwargs):
         check(self.matcher_clock or not preset.matcher_hz,
@@ -185,6 +189,13 @@ class BoardSoC(StereoSoC):
         self.add_constant("FLASH_IMAGES",        self.flash_images)
         self.add_constant("FLASH_IMAGES_OFFSET", self.flash_offset)
         self.add_constant("FLASH_IMAGE_BYTES",   self.flash_image_bytes)
+        self.add_constant("FLASH_RECORDS_OFFSET", self.flash_records_offset)
+        self.add_constant("FLASH_RECORDS_BYTES",  self.flash_records_bytes)
+
+    @property
+    def flash_records_offset(self):
+        """Address of the firmware's records: they follow the images without a gap."""
+        return self.flash_offset + self.flash_images*self.flash_image_bytes
 
     # Hooks ----------------------------------------------------------------------------------------
 

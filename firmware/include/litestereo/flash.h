@@ -4,8 +4,8 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-/* The SPI flash with bitstream and firmware, whose pins the CPU drives by software. Only the images of the firmware can
- * be written, because the FPGA loads the rest. Erasing and programming take time: begin them, then poll for their end.
+/* The SPI flash with bitstream and firmware, whose pins the CPU drives by software. Two regions can be written: the
+ * images of the firmware, and its records (see records.h). All else cannot, because the FPGA loads it. Erasing and programming take time: begin them, then poll for their end.
  * In a SoC without a flash all functions that return a status return STATUS_UNSUPPORTED. */
 
 #ifndef LITESTEREO_FLASH_H
@@ -28,13 +28,15 @@ typedef struct {
     uint32_t images;         /**< Number of images of the firmware that it has room for. */
     uint32_t images_offset;  /**< Address of the first image; the others follow without gaps. */
     uint32_t image_bytes;    /**< Bytes of each image. */
+    uint32_t records_offset; /**< Address of the records. */
+    uint32_t records_bytes;  /**< Bytes of the records; 0 if the SoC has no place for them. */
     uint32_t clock_hz;       /**< Clocks per second. */
     uint64_t began;          /**< Clock at which the current operation began. */
     uint64_t limit;          /**< Clocks that the operation may take. */
 } flash_t;
 
-/** Identifies the flash; STATUS_UNSUPPORTED if the SoC has none, it does not answer, or it is too small for the
- * images. */
+/** Identifies the flash; STATUS_UNSUPPORTED if the SoC has none, it does not answer, or it is too small for
+ * images and records. */
 status_t flash_init(flash_t *flash, uint32_t clock_hz);
 
 /** Reads from a byte address of the flash, which must not be busy. */
@@ -42,7 +44,7 @@ void flash_read(uint32_t address, void *data, uint32_t length);
 
 /** Begins to erase the sector at an address, a multiple of FLASH_SECTOR_BYTES: all its bits become ones.
  *
- * STATUS_BAD_ARGUMENT if it is not a sector of an image, STATUS_BUSY if the flash is busy, STATUS_PROTECTED if it is
+ * STATUS_BAD_ARGUMENT if it is not a sector of an image or of the records, STATUS_BUSY if the flash is busy, STATUS_PROTECTED if it is
  * write-protected.
  */
 status_t flash_begin_erase(flash_t *flash, uint32_t address, uint64_t clock);

@@ -26,6 +26,7 @@ typedef enum {
     STATUS_HEADER,        /**< Wrong magic or length in a message. */
     STATUS_CRC,           /**< The checksum does not match. */
     STATUS_PROTECTED,     /**< The flash is write-protected. */
+    STATUS_NO_RECORD,     /**< The flash has no such record. */
 } status_t;
 
 #endif

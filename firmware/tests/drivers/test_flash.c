@@ -14,7 +14,8 @@
 #include "require.h"
 
 #define FIRST 0x100000u
-#define END   0x180000u
+#define END   0x180000u  /* Of the images; the records follow. */
+#define LAST  0x1d0000u  /* End of the records. */
 #define HZ    1000u
 
 static flash_t flash;
@@ -43,6 +44,7 @@ static void test_id(void)
 
     set_up();
     REQUIRE(flash.id == 0xef4015 && flash.images == 2 && flash.images_offset == FIRST && flash.image_bytes == 0x40000);
+    REQUIRE(flash.records_offset == END && flash.records_bytes == LAST - END);
     for (size_t i = 0; i < sizeof(unfit) / sizeof(unfit[0]); i++) {
         fake_flash.id = unfit[i];
         REQUIRE(flash_init(&flash, HZ) == STATUS_UNSUPPORTED);
@@ -86,7 +88,7 @@ static void test_program(void)
     REQUIRE(settle() == STATUS_OK && fake_flash.contents[FIRST + 256 + 40] == 0x00);
 }
 
-/* Nothing outside of the images is written, as it may be the bitstream, nor anything that crosses a page. */
+/* Nothing outside of images and records is written, as it may be the bitstream, nor anything that crosses a page. */
 static void test_bounds(void)
 {
     uint8_t bytes[512] = {0};
@@ -94,17 +96,42 @@ static void test_bounds(void)
     set_up();
     REQUIRE(flash_begin_erase(&flash, 0, 0) == STATUS_BAD_ARGUMENT);
     REQUIRE(flash_begin_erase(&flash, FIRST - 4096, 0) == STATUS_BAD_ARGUMENT);
-    REQUIRE(flash_begin_erase(&flash, END, 0) == STATUS_BAD_ARGUMENT);
+    REQUIRE(flash_begin_erase(&flash, LAST, 0) == STATUS_BAD_ARGUMENT);
+    REQUIRE(flash_begin_erase(&flash, END + 256, 0) == STATUS_BAD_ARGUMENT);
     REQUIRE(flash_begin_erase(&flash, FIRST + 256, 0) == STATUS_BAD_ARGUMENT);
     REQUIRE(flash_begin_erase(&flash, 0xfffff000, 0) == STATUS_BAD_ARGUMENT);
     REQUIRE(flash_begin_program(&flash, FIRST - 1, bytes, 1, 0) == STATUS_BAD_ARGUMENT);
-    REQUIRE(flash_begin_program(&flash, END, bytes, 1, 0) == STATUS_BAD_ARGUMENT);
+    REQUIRE(flash_begin_program(&flash, LAST, bytes, 1, 0) == STATUS_BAD_ARGUMENT);
+    REQUIRE(flash_begin_program(&flash, LAST - 1, bytes, 2, 0) == STATUS_BAD_ARGUMENT);
     REQUIRE(flash_begin_program(&flash, FIRST, bytes, 0, 0) == STATUS_BAD_ARGUMENT);
     REQUIRE(flash_begin_program(&flash, FIRST, bytes, 257, 0) == STATUS_BAD_ARGUMENT);
     REQUIRE(flash_begin_program(&flash, FIRST + 1, bytes, 256, 0) == STATUS_BAD_ARGUMENT);
     REQUIRE(fake_flash.operations == 0);
     REQUIRE(flash_begin_erase(&flash, END - 4096, 0) == STATUS_OK && settle() == STATUS_OK);
     REQUIRE(flash_begin_program(&flash, END - 256, bytes, 256, 0) == STATUS_OK && settle() == STATUS_OK);
+    REQUIRE(flash_begin_erase(&flash, END, 0) == STATUS_OK && settle() == STATUS_OK);
+    REQUIRE(flash_begin_erase(&flash, LAST - 4096, 0) == STATUS_OK && settle() == STATUS_OK);
+    REQUIRE(flash_begin_program(&flash, END, bytes, 1, 0) == STATUS_OK && settle() == STATUS_OK);
+    REQUIRE(flash_begin_program(&flash, LAST - 256, bytes, 256, 0) == STATUS_OK && settle() == STATUS_OK);
+    /* The two regions are apart: what lies between is not writable. */
+    flash.records_offset += 4096;
+    flash.records_bytes  -= 4096;
+    REQUIRE(flash_begin_erase(&flash, END, 0) == STATUS_BAD_ARGUMENT);
+    REQUIRE(flash_begin_program(&flash, END + 4095, bytes, 1, 0) == STATUS_BAD_ARGUMENT);
+    REQUIRE(flash_begin_erase(&flash, END + 4096, 0) == STATUS_OK && settle() == STATUS_OK);
+}
+
+/* A SoC without a place for records: its images alone are writable. */
+static void test_no_records(void)
+{
+    uint8_t byte = 0;
+
+    set_up();
+    flash.records_offset = flash.records_bytes = 0;
+    REQUIRE(flash_begin_erase(&flash, 0, 0) == STATUS_BAD_ARGUMENT);
+    REQUIRE(flash_begin_program(&flash, 0, &byte, 1, 0) == STATUS_BAD_ARGUMENT);
+    REQUIRE(flash_begin_erase(&flash, END, 0) == STATUS_BAD_ARGUMENT);
+    REQUIRE(flash_begin_erase(&flash, END - 4096, 0) == STATUS_OK && settle() == STATUS_OK);
 }
 
 static void test_faults(void)
@@ -137,6 +164,7 @@ int main(void)
     test_erase();
     test_program();
     test_bounds();
+    test_no_records();
     test_faults();
     return 0;
 }

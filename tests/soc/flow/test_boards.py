@@ -15,11 +15,18 @@ from dataclasses import replace
 
 import pytest
 
+from litestereo.firmware import FIRMWARE_DIR
+from litestereo.sim.socs.flash_model import flash_model_bytes
 from litestereo.soc.boards import BOARDS, OPEN_BOARDS, VENDOR_TOOLS, soc_class
+from litestereo.soc.boards.board_soc import FLASH_RECORDS_BYTES
 from litestereo.soc.build.tools import ToolError
 from litestereo.soc.flow import bitstream, check, loader, sources, target, vendor
 from litestereo.soc.flow.synthesis import Resources
 from litestereo.soc.reports import boards
+
+#: Bytes of the flash on each board.
+FLASH_BYTES = {"colorlight_i5": 2 << 20, "colorlight_i9": 8 << 20, "ulx3s": 16 << 20, "ecpix5": 32 << 20,
+               "arty": 16 << 20, "atlys": 16 << 20, "tang_primer_20k": 4 << 20}
 
 
 def built(board, achieved=61.0, key="key"):
@@ -96,12 +103,25 @@ def test_clock_names():
 
 
 def test_boards_fit_the_flash():
-    """Images lie behind the bitstream and beside each other."""
+    """Images lie behind the bitstream and beside each other, the records behind them."""
     for board in BOARDS:
-        soc = soc_class(board)
-        # The model of the flash has the images alone, from address 0 on.
-        assert soc.flash_offset % (soc.flash_images*soc.flash_image_bytes) == 0
+        soc   = soc_class(board)
+        first = soc.flash_offset + soc.flash_images*soc.flash_image_bytes
+        # The model of the flash has images and records alone, from address 0 on.
+        size = flash_model_bytes(soc.flash_images*soc.flash_image_bytes + soc.flash_records_bytes)
+        assert soc.flash_offset % size == 0 and size & (size - 1) == 0
         assert soc.flash_images >= 2
+        # Whole blocks of 64 KiB, so that neither shares a sector of any size with the other or with the bitstream.
+        assert soc.flash_offset % 65536 == first % 65536 == soc.flash_records_bytes % 65536 == 0
+        assert first + soc.flash_records_bytes <= FLASH_BYTES[board]
+
+
+def test_records_fit_their_region():
+    """The firmware's numbers, of which the gateware has the sum alone."""
+    header = (FIRMWARE_DIR / "include/litestereo/records.h").read_text()
+    kinds  = int(re.search(r"RECORD_KINDS = (\d+)", header)[1])
+    copy   = int(re.search(r"RECORD_COPY_BYTES \((\d+) \* FLASH_SECTOR_BYTES\)", header)[1])*4096
+    assert kinds*2*copy == FLASH_RECORDS_BYTES
 
 
 def test_flash_image():
