@@ -67,19 +67,18 @@ static void start_udp(app_t *app)
     }
 }
 
-/* Reserves memory for an update's image, if there is a flash to write it to. */
+/* Prepares records and trial, if there is a flash, and reserves memory for an update's image. */
 static void prepare_update(app_t *app, uint8_t **memory, size_t *size)
 {
-    size_t bytes;
+    bool   has_records = flash_init(&app->flash, clock_hz()) == STATUS_OK
+                      && records_init(&app->records, &app->flash) == STATUS_OK;
+    size_t bytes       = app->flash.image_bytes;
 
-    if (flash_init(&app->flash, clock_hz()) != STATUS_OK || app->flash.images < 2) {
+    trial_init(&app->trial, has_records ? &app->records : NULL, &app->reset, clock_hz());
+    if (!has_records || app->flash.images < 2 || *size <= bytes) {
         return;
     }
-    bytes = app->flash.image_bytes;
-    if (*size <= bytes) {
-        return;
-    }
-    update_init(&app->update, &app->flash, *memory);
+    update_init(&app->update, &app->flash, &app->trial, *memory);
     *memory += bytes;
     *size   -= bytes;
 }
@@ -119,6 +118,7 @@ status_t app_init(app_t *app)
         .matcher  = &app->matcher,
         .counters = &app->counters,
         .session  = &app->session,
+        .trial    = &app->trial,
         .write    = write_line,
         .context  = &app->serial,
     };
@@ -150,6 +150,17 @@ status_t app_init(app_t *app)
     return STATUS_OK;
 }
 
+void app_give_up(void)
+{
+    uint64_t began = clock_now();
+
+    /* The serial line sends the reason, and a cause that is temporary may pass. */
+    while (clock_now() - began < clock_hz()) {
+        watchdog_feed();
+    }
+    reset_now(RESET_START, 0, 0);
+}
+
 /* Stops once more a matcher that did not stop; if that fails, only a reset helps. */
 static void recover(app_t *app)
 {
@@ -178,6 +189,10 @@ void app_poll(app_t *app)
     session_poll(&app->session, clock);
     matcher_poll(&app->matcher, clock);
     map_view_poll(&app->view);
+    if (app->counters.value[COUNTER_SESSIONS] > 0) {
+        trial_confirm(&app->trial);
+    }
+    trial_poll(&app->trial, clock);
     if (app->session.update != NULL) {
         update_poll(&app->update, clock);
     }

@@ -13,8 +13,10 @@
 #include "link/udp/udp_link.h"
 #include "link/update/update.h"
 #include "litestereo/flash.h"
+#include "litestereo/records.h"
 #include "litestereo/reset.h"
 #include "litestereo/serial.h"
+#include "litestereo/trial.h"
 #include "map_view.h"
 #include "matcher.h"
 
@@ -24,7 +26,9 @@ typedef struct {
     stereo_t      stereo;    /**< The accelerator. */
     uint32_t      stuck;     /**< statistics.stuck at the last poll. */
     serial_t      serial;    /**< The serial line. */
-    flash_t       flash;     /**< Images of the firmware. */
+    flash_t       flash;     /**< Images of the firmware, and records. */
+    records_t     records;   /**< Records in flash. */
+    trial_t       trial;     /**< Trial of the newest firmware. */
     update_t      update;    /**< Update of the firmware. */
     frame_pool_t  pool;      /**< Frames. */
     counters_t    counters;  /**< All counters. */
@@ -42,6 +46,9 @@ typedef struct {
 
 /** Initialises everything and prints a greeting; if that fails, prints why. */
 status_t app_init(app_t *app);
+
+/** Resets the SoC after a second: for a program that could not be initialised. */
+void app_give_up(void);
 
 /** One round of the main loop. */
 void app_poll(app_t *app);

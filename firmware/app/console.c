@@ -21,6 +21,7 @@
 static bool command_help(console_t *console, char **argv);
 static bool command_info(console_t *console, char **argv);
 static bool command_stats(console_t *console, char **argv);
+static bool command_confirm(console_t *console, char **argv);
 static bool command_reset(console_t *console, char **argv);
 
 static const struct {
@@ -33,6 +34,7 @@ static const struct {
     {"help",     1, "",              "show the commands",                  command_help},
     {"info",     1, "",              "show what the device can do",        command_info},
     {"stats",    1, "",              "show the counters",                  command_stats},
+    {"confirm",  1, "",              "keep a firmware that is on trial",   command_confirm},
     {"reset",    1, "",              "restart the device",                 command_reset},
     {"selftest", 1, "",              "compare accelerator and CPU",        command_selftest},
     {"bench",     6, FRAME_ARGUMENTS, "match a fixed pattern",             command_bench},
@@ -79,6 +81,7 @@ static bool command_info(console_t *console, char **argv)
 
         console_printf(console, "flash: id 0x%06x, %u images of %u bytes\n", (unsigned)flash->id,
             (unsigned)flash->images, (unsigned)flash->image_bytes);
+        console_printf(console, "newest firmware: %s\n", trial_state_name(trial_state(console->trial)));
     } else {
         console_printf(console, "flash: none\n");
     }
@@ -106,6 +109,13 @@ static bool command_stats(console_t *console, char **argv)
         "matcher errors: %u config, %u bus, %u aborted, %u timeouts, %u stuck, %u lost interrupts\n",
         (unsigned)matcher->config_errors, (unsigned)matcher->bus_errors, (unsigned)matcher->aborted,
         (unsigned)matcher->timeouts, (unsigned)matcher->stuck, (unsigned)matcher->lost_interrupts);
+    return true;
+}
+
+static bool command_confirm(console_t *console, char **argv)
+{
+    (void)argv;
+    console_printf(console, trial_confirm(console->trial) ? "confirm: done\n" : "confirm: no firmware is on trial\n");
     return true;
 }
 

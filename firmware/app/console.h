@@ -14,6 +14,7 @@
 #include <stdint.h>
 
 #include "link/session.h"
+#include "litestereo/trial.h"
 #include "matcher.h"
 
 /** Most characters of a line. */
@@ -28,6 +29,7 @@ typedef struct {
     matcher_t           *matcher;  /**< Runs the frames of selftest and bench. */
     counters_t          *counters; /**< Shown by stats. */
     session_t           *session;  /**< Updates the counters. */
+    trial_t             *trial;    /**< The trial that confirm ends. */
     void               (*write)(void *context, const uint8_t *bytes, size_t length);  /**< Sends text. */
     void                *context;  /**< First argument of `write`. */
     char                 line[CONSOLE_LINE_SIZE + 1];  /**< The line being typed. */

@@ -34,13 +34,13 @@ static void handle_watchdog(void)
 int main(void)
 {
     platform_stack_mark();
+    /* Its interrupt is not handled yet, but its reset ends a hang of the start. */
+    watchdog_start(WATCHDOG_S * clock_hz());
     if (app_init(&app) != STATUS_OK) {
-        for (;;) {
-        }
+        app_give_up();
     }
     platform_attach_stereo(handle_interrupt);
     platform_attach_watchdog(handle_watchdog);
-    watchdog_start(WATCHDOG_S * clock_hz());
     for (;;) {
         app_poll(&app);
     }

@@ -7,10 +7,10 @@
 /* The program in ROM that the CPU runs after reset: initialises the main RAM, copies the firmware there from flash, and
  * jumps to it.
  *
- * The flash has room for several images, and the first one with a valid checksum is started. So a device whose image
- * was written only in part still has another one to start. */
+ * The flash has room for several images. One with a wrong checksum is not started, nor one that has failed on trial. So a
+ * device whose image was written only in part, or does not work, still has another one to start. */
 
-#include "image.h"
+#include "start.h"
 
 #include <generated/csr.h>
 #include <generated/mem.h>
@@ -18,12 +18,8 @@
 #include <liblitedram/sdram.h>
 #include <system.h>
 
-#include <litestereo/flash.h>
-
 #include <stdint.h>
 #include <stdio.h>
-
-enum { LARGEST_BYTES = FLASH_IMAGE_BYTES - FLASH_HEADER_BYTES };
 
 static void say(const char *text)
 {
@@ -56,12 +52,10 @@ int main(void)
         }
     }
     for (;;) {
-        for (uint32_t image = 0; image < FLASH_IMAGES; image++) {
-            if (image_load(FLASH_IMAGES_OFFSET + image * FLASH_IMAGE_BYTES, (void *)MAIN_RAM_BASE, LARGEST_BYTES) > 0) {
-                flush_cpu_icache();
-                flush_cpu_dcache();
-                ((void (*)(void))MAIN_RAM_BASE)();
-            }
+        if (start_load((void *)MAIN_RAM_BASE) < FLASH_IMAGES) {
+            flush_cpu_icache();
+            flush_cpu_dcache();
+            ((void (*)(void))MAIN_RAM_BASE)();
         }
         say("boot: no firmware in flash: make flash\n");
     }

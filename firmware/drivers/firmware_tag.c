@@ -13,6 +13,11 @@
 #define SOC_CHECKSUM 0
 #endif
 
+/* The Makefile sets the flag of our own program. */
+#ifndef FIRMWARE_FLAGS
+#define FIRMWARE_FLAGS 0
+#endif
+
 _Static_assert(sizeof(firmware_tag_t) == 32, "host tools know the layout");
 _Static_assert(sizeof(LITESTEREO_NAME) <= FIRMWARE_TAG_NAME_SIZE, "the name and its zero fit");
 
@@ -21,5 +26,6 @@ __attribute__((section(".firmware_tag"), used)) const firmware_tag_t firmware_ta
     .magic   = {'L', 'S', 'F', 'W'},
     .soc     = SOC_CHECKSUM,
     .version = FIRMWARE_VERSION,
+    .flags   = FIRMWARE_FLAGS,
     .name    = LITESTEREO_NAME,
 };

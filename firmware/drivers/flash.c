@@ -15,36 +15,19 @@
 
 enum {
     COMMAND_PROGRAM      = 0x02,
-    COMMAND_STATUS       = 0x05,
     COMMAND_WRITE_ENABLE = 0x06,
     COMMAND_ERASE_SECTOR = 0x20,
     COMMAND_ID           = 0x9f,
 };
 
-/* Bits of the status register: operation in progress, write enable latch, protected blocks. */
-enum { STATUS_BIT_BUSY = 0x01, STATUS_BIT_ENABLED = 0x02, STATUS_BITS_PROTECTED = 0x1c };
+/* Other bits of the status register: write enable latch, protected blocks. */
+enum { STATUS_BIT_ENABLED = 0x02, STATUS_BITS_PROTECTED = 0x1c };
 
 /* Seconds that an operation may take. Data sheets of most devices say 0.4 and 0.003. */
 enum { ERASE_LIMIT_S = 5, PROGRAM_LIMIT_S = 1 };
 
 /* Plausible capacities in the JEDEC id, as powers of two in bytes. */
 enum { LEAST_CAPACITY = 18, MOST_CAPACITY = 31 };
-
-static void deselect(void)
-{
-    flash_w_write(OUTPUT | SELECT);
-    flash_w_write(OUTPUT);
-}
-
-static uint8_t read_status(void)
-{
-    uint8_t status;
-
-    flash_transfer(COMMAND_STATUS);
-    status = flash_transfer(0);
-    deselect();
-    return status;
-}
 
 static uint32_t read_id(void)
 {
@@ -57,7 +40,7 @@ static uint32_t read_id(void)
     id = (uint32_t)flash_transfer(0) << 16;
     id |= (uint32_t)flash_transfer(0) << 8;
     id |= flash_transfer(0);
-    deselect();
+    flash_deselect();
     return id;
 }
 
@@ -106,12 +89,12 @@ static bool is_writable(const flash_t *flash, uint32_t address, uint32_t length,
 /* Enables writing and sends a command with its address; leaves the flash selected. */
 static status_t begin(flash_t *flash, uint8_t command, uint32_t address, uint64_t clock, uint32_t limit_s)
 {
-    if ((read_status() & STATUS_BIT_BUSY) != 0) {
+    if ((flash_read_status() & STATUS_BIT_BUSY) != 0) {
         return STATUS_BUSY;
     }
     flash_transfer(COMMAND_WRITE_ENABLE);
-    deselect();
-    if ((read_status() & STATUS_BIT_ENABLED) == 0) {
+    flash_deselect();
+    if ((flash_read_status() & STATUS_BIT_ENABLED) == 0) {
         return STATUS_PROTECTED;
     }
     flash->began = clock;
@@ -135,7 +118,7 @@ status_t flash_begin_erase(flash_t *flash, uint32_t address, uint64_t clock)
     }
     status = begin(flash, COMMAND_ERASE_SECTOR, address, clock, ERASE_LIMIT_S);
     if (status == STATUS_OK) {
-        deselect();
+        flash_deselect();
     }
     return status;
 }
@@ -155,7 +138,7 @@ status_t flash_begin_program(flash_t *flash, uint32_t address, const uint8_t *da
         while (length-- > 0) {
             flash_transfer(*data++);
         }
-        deselect();
+        flash_deselect();
     }
     return status;
 }
@@ -165,7 +148,7 @@ status_t flash_poll(const flash_t *flash, uint64_t clock)
     if (!HAS_FLASH) {
         return STATUS_UNSUPPORTED;
     }
-    if ((read_status() & STATUS_BIT_BUSY) == 0) {
+    if ((flash_read_status() & STATUS_BIT_BUSY) == 0) {
         return STATUS_OK;
     }
     return clock - flash->began > flash->limit ? STATUS_TIMEOUT : STATUS_BUSY;
@@ -174,5 +157,5 @@ status_t flash_poll(const flash_t *flash, uint64_t clock)
 bool flash_is_protected(const flash_t *flash)
 {
     (void)flash;
-    return HAS_FLASH && (read_status() & STATUS_BITS_PROTECTED) != 0;
+    return HAS_FLASH && (flash_read_status() & STATUS_BITS_PROTECTED) != 0;
 }

@@ -31,4 +31,26 @@ static uint8_t flash_transfer(uint8_t out)
     return (uint8_t)in;
 }
 
+/* Ends a command. */
+static void flash_deselect(void)
+{
+    flash_w_write(OUTPUT | SELECT);
+    flash_w_write(OUTPUT);
+}
+
+enum { COMMAND_STATUS = 0x05 };
+
+/* Bit of the status register: operation in progress. */
+enum { STATUS_BIT_BUSY = 0x01 };
+
+static uint8_t flash_read_status(void)
+{
+    uint8_t status;
+
+    flash_transfer(COMMAND_STATUS);
+    status = flash_transfer(0);
+    flash_deselect();
+    return status;
+}
+
 #endif

@@ -29,6 +29,14 @@ void flash_read(uint32_t address, void *data, uint32_t length)
     while (length-- > 0) {
         *bytes++ = flash_transfer(0);
     }
-    flash_w_write(OUTPUT | SELECT);
-    flash_w_write(OUTPUT);
+    flash_deselect();
+}
+
+bool flash_is_busy(void)
+{
+    uint8_t nothing;
+
+    /* The FPGA may swallow the first clocks: flash_read makes some before it selects the flash. */
+    flash_read(0, &nothing, 0);
+    return (flash_read_status() & STATUS_BIT_BUSY) != 0;
 }

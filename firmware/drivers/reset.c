@@ -7,29 +7,33 @@
 #include "litestereo/reset.h"
 
 #include "platform.h"
-
-/* Fields of the register `cause`, from bit 0 up: cause, resets, line. */
-#define RESETS_SHIFT 8
-#define LINE_SHIFT   16
-#define RESETS_MOST  0xffu
+#include "reset_word.h"
 
 static void record(reset_cause_t cause, uint32_t resets, uint32_t place, uint16_t line)
 {
-    reset_record_cause_write((uint32_t)cause | resets << RESETS_SHIFT | (uint32_t)line << LINE_SHIFT);
+    uint32_t kept = reset_record_cause_read() & RESET_BOOT_MASK;
+
+    reset_record_cause_write((uint32_t)cause | kept | resets << RESET_RESETS_SHIFT | (uint32_t)line << RESET_LINE_SHIFT);
     reset_record_place_write(place);
+}
+
+static uint32_t resets_of(uint32_t word)
+{
+    return word >> RESET_RESETS_SHIFT & RESET_RESETS_MOST;
 }
 
 void reset_begin(reset_report_t *report)
 {
     uint32_t word   = reset_record_cause_read();
-    uint32_t resets = word >> RESETS_SHIFT & RESETS_MOST;
+    uint32_t resets = resets_of(word);
 
     *report = (reset_report_t){
-        .cause = (reset_cause_t)(word & 0xff),
+        .cause = (reset_cause_t)(word & RESET_CAUSE_MOST),
         .place = reset_record_place_read(),
-        .line  = (uint16_t)(word >> LINE_SHIFT),
+        .line  = (uint16_t)(word >> RESET_LINE_SHIFT),
+        .image = (uint8_t)reset_image(word),
     };
-    if (report->cause != RESET_POWER_UP && resets < RESETS_MOST) {
+    if (report->cause != RESET_POWER_UP && resets < RESET_RESETS_MOST) {
         resets++;
     }
     report->resets = (uint8_t)resets;
@@ -39,10 +43,15 @@ void reset_begin(reset_report_t *report)
 
 void reset_now(reset_cause_t cause, uint32_t place, uint16_t line)
 {
-    record(cause, reset_record_cause_read() >> RESETS_SHIFT & RESETS_MOST, place, line);
+    record(cause, resets_of(reset_record_cause_read()), place, line);
     for (;;) {
         ctrl_reset_write(REGISTER_BIT(CTRL_RESET_SOC_RST));
     }
+}
+
+void reset_forget_starts(void)
+{
+    reset_record_cause_write(reset_record_cause_read() & ~(RESET_STARTS_MOST << RESET_STARTS_SHIFT));
 }
 
 const char *reset_cause_name(reset_cause_t cause)
@@ -50,6 +59,7 @@ const char *reset_cause_name(reset_cause_t cause)
     static const char *const names[] = {
         [RESET_POWER_UP] = "power-up", [RESET_UNKNOWN] = "unknown", [RESET_REQUESTED] = "requested",
         [RESET_WATCHDOG] = "watchdog", [RESET_ENSURE] = "ensure", [RESET_MATCHER] = "matcher",
+        [RESET_START] = "start",
     };
 
     return (unsigned)cause < sizeof(names) / sizeof(names[0]) ? names[cause] : "?";

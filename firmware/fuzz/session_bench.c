@@ -13,6 +13,7 @@
 #include "fake_stream.h"
 #include "lib/bytes.h"
 #include "litestereo/platform.h"
+#include "litestereo/reset.h"
 
 #define GAP       256u
 #define SLOT_SIZE 16384u
@@ -45,6 +46,7 @@ uint64_t clock_now(void)
 
 void memory_to_device(void)   {}
 void memory_from_device(void) {}
+void reset_forget_starts(void) {}
 
 static uint8_t *gap(unsigned number)
 {

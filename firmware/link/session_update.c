@@ -18,6 +18,7 @@ static void put_progress(const update_t *update, exchange_t *exchange)
     memset(out, 0, PROTOCOL_PROGRESS_SIZE);
     out[0] = (uint8_t)update->state;
     out[1] = (uint8_t)update->failure;
+    out[2] = (uint8_t)update_trial(update);
     put_u32(out + 4, update->done);
     put_u32(out + 8, update->total);
     put_u32(out + 12, update_room(update));

@@ -26,7 +26,7 @@ _CAPABILITY   = struct.Struct("<HHI")
 _STATUS       = struct.Struct("<BBHIII")
 _ERROR        = struct.Struct("<HBBI")
 _UPDATE       = struct.Struct("<II")
-_PROGRESS     = struct.Struct("<BBHIII")
+_PROGRESS     = struct.Struct("<BBBBIII")
 
 #: Names of the STATISTICS counters, in the order of the protocol.
 COUNTERS = (
@@ -169,25 +169,35 @@ class UpdateFailure(enum.IntEnum):
     VERIFY    = 5
 
 
+class Trial(enum.IntEnum):
+    """Outcomes of the trial of the newest firmware."""
+
+    UNKNOWN   = 0
+    RUNNING   = 1
+    CONFIRMED = 2
+    FELL_BACK = 3
+
+
 @dataclass(frozen=True)
 class UpdateProgress:
-    """Reply to UPDATE, WRITE and PROGRESS; `room` is the longest possible program in bytes."""
+    """Reply to UPDATE, WRITE and PROGRESS; `room` is the longest possible program in bytes, `trial` a `Trial`."""
 
     state:   int
     failure: int
     done:    int
     total:   int
     room:    int
+    trial:   int = Trial.UNKNOWN
 
     def pack(self) -> bytes:
         """Return the payload, 16 bytes."""
-        return _PROGRESS.pack(self.state, self.failure, 0, self.done, self.total, self.room)
+        return _PROGRESS.pack(self.state, self.failure, self.trial, 0, self.done, self.total, self.room)
 
     @classmethod
     def unpack(cls, payload: bytes) -> UpdateProgress:
         """Return the progress of a payload; raise ProtocolError if it is too short."""
-        state, failure, _, *numbers = _unpack(_PROGRESS, payload, "progress of an update")
-        return cls(state, failure, *numbers)
+        state, failure, trial, _, *numbers = _unpack(_PROGRESS, payload, "progress of an update")
+        return cls(state, failure, *numbers, trial)
 
 
 def pack_update(length: int, crc: int) -> bytes:

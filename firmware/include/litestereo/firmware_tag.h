@@ -17,6 +17,9 @@
 #define FIRMWARE_VERSION 0x0001u
 #endif
 
+/** Flag: the program takes part in trials, see trial.h. */
+#define FIRMWARE_TAG_CONFIRMS 1u
+
 #define FIRMWARE_TAG_MAGIC     "LSFW"
 #define FIRMWARE_TAG_NAME_SIZE 16u
 
@@ -25,7 +28,7 @@ typedef struct {
     char     magic[4];                      /**< FIRMWARE_TAG_MAGIC, without its zero. */
     uint32_t soc;                           /**< Checksum of the SoC's addresses, sizes and constants. */
     uint32_t version;                       /**< FIRMWARE_VERSION. */
-    uint32_t zero;                          /**< 0. */
+    uint32_t flags;                         /**< FIRMWARE_TAG_CONFIRMS or 0. */
     char     name[FIRMWARE_TAG_NAME_SIZE];  /**< Name of the device. */
 } firmware_tag_t;
 

@@ -42,6 +42,9 @@ status_t flash_init(flash_t *flash, uint32_t clock_hz);
 /** Reads from a byte address of the flash, which must not be busy. */
 void flash_read(uint32_t address, void *data, uint32_t length);
 
+/** Whether the flash is busy with an operation, perhaps one from before a reset; also if it does not answer. */
+bool flash_is_busy(void);
+
 /** Begins to erase the sector at an address, a multiple of FLASH_SECTOR_BYTES: all its bits become ones.
  *
  * STATUS_BAD_ARGUMENT if it is not a sector of an image or of the records, STATUS_BUSY if the flash is busy, STATUS_PROTECTED if it is

@@ -20,6 +20,7 @@ typedef enum {
     RESET_WATCHDOG  = 3,  /**< The program did not feed the watchdog; `place` is where it was. */
     RESET_ENSURE    = 4,  /**< A condition did not hold: see ensure.h. */
     RESET_MATCHER   = 5,  /**< The matcher neither ended nor stopped. */
+    RESET_START     = 6,  /**< The program could not start. */
 } reset_cause_t;
 
 /** Report of the last reset. */
@@ -28,6 +29,7 @@ typedef struct {
     uint32_t      place;   /**< Address in the program; 0 if there is none. */
     uint16_t      line;    /**< Line of its source; 0 if there is none. */
     uint8_t       resets;  /**< Resets since power-up, at most 255. */
+    uint8_t       image;   /**< 1 + the image in flash that the boot program started; 0 if there is no boot program. */
 } reset_report_t;
 
 /** Reads the report, and records that a program runs; to be called once, first in main. */
@@ -35,6 +37,9 @@ void reset_begin(reset_report_t *report);
 
 /** Records the cause and resets the SoC; does not return. */
 void reset_now(reset_cause_t cause, uint32_t place, uint16_t line);
+
+/** Forgets the starts of a firmware on trial, which the boot program counts: see trial.h. */
+void reset_forget_starts(void);
 
 /** Name of a cause. */
 const char *reset_cause_name(reset_cause_t cause);

@@ -34,14 +34,19 @@ static uint32_t image_address(const update_t *update)
     return update->flash->images_offset + update->image_index * update->flash->image_bytes;
 }
 
-void update_init(update_t *update, flash_t *flash, uint8_t *memory)
+void update_init(update_t *update, flash_t *flash, trial_t *trial, uint8_t *memory)
 {
-    *update = (update_t){.flash = flash, .image = memory};
+    *update = (update_t){.flash = flash, .trial = trial, .image = memory};
 }
 
 uint32_t update_room(const update_t *update)
 {
     return update->flash->image_bytes - FLASH_HEADER_BYTES;
+}
+
+trial_state_t update_trial(const update_t *update)
+{
+    return trial_state(update->trial);
 }
 
 bool update_is_running(const update_t *update)
@@ -64,11 +69,11 @@ status_t update_begin(update_t *update, uint32_t length, uint32_t crc32)
     if (length == 0 || length > update_room(update)) {
         return STATUS_SIZE;
     }
-    update_init(update, update->flash, update->image);
+    update_init(update, update->flash, update->trial, update->image);
     update->state  = UPDATE_LOADING;
     update->length = length;
     update->crc32  = crc32;
-    update->total  = update->flash->images * 3 * image_size(update);
+    update->total  = 3 * image_size(update);
     put_u32(update->image, length);
     put_u32(update->image + 4, crc32);
     return STATUS_OK;
@@ -115,7 +120,7 @@ status_t update_write(update_t *update)
 void update_forget(update_t *update)
 {
     if (!update_is_running(update)) {
-        update_init(update, update->flash, update->image);
+        update_init(update, update->flash, update->trial, update->image);
     }
 }
 
@@ -127,6 +132,14 @@ static void fail(update_t *update, update_failure_t failure)
 
 /* Checking the firmware in memory. */
 
+static firmware_tag_t tag_of(const update_t *update)
+{
+    firmware_tag_t tag;
+
+    memcpy(&tag, update->image + image_size(update) - sizeof(tag), sizeof(tag));
+    return tag;
+}
+
 /* Whether the firmware's tag is that of this SoC; its version may differ. */
 static bool is_for_this_soc(const update_t *update)
 {
@@ -135,7 +148,7 @@ static bool is_for_this_soc(const update_t *update)
     if (update->length < sizeof(tag)) {
         return false;
     }
-    memcpy(&tag, update->image + image_size(update) - sizeof(tag), sizeof(tag));
+    tag = tag_of(update);
     return memcmp(tag.magic, firmware_tag.magic, sizeof(tag.magic)) == 0 && tag.soc == firmware_tag.soc
         && memcmp(tag.name, firmware_tag.name, sizeof(tag.name)) == 0;
 }
@@ -145,6 +158,17 @@ static void start_step(update_t *update, update_step_t step, uint32_t image_inde
     update->step        = step;
     update->image_index = image_index;
     update->position    = 0;
+    update->asked       = false;
+}
+
+/* Index of the image to keep if it is good: the one that runs. An image that waits for its trial is replaced, even if the
+ * running one is damaged. */
+static uint32_t image_to_keep(const trial_t *trial, uint32_t images)
+{
+    if (trial_state(trial) == TRIAL_RUNNING && !trial->here) {
+        return (trial->record.image + 1) % images;
+    }
+    return trial->started > 0 ? trial->started - 1 : 0;
 }
 
 static void check(update_t *update)
@@ -164,7 +188,7 @@ static void check(update_t *update)
         update->state   = UPDATE_WRITING;
         /* The flash may still be busy from an earlier update, and cannot be read until it is ready. */
         update->waiting = true;
-        start_step(update, UPDATE_SURVEY, 0);
+        start_step(update, UPDATE_SURVEY, image_to_keep(update->trial, update->flash->images));
     }
 }
 
@@ -195,35 +219,23 @@ static status_t read_piece(update_t *update)
     return update->found == update->stored ? STATUS_OK : STATUS_CRC;
 }
 
-/* Goes to the next image to write. The one that the boot program would start now is the last. */
-static void next_image(update_t *update)
-{
-    if (update->images_written == update->flash->images) {
-        update->state = UPDATE_DONE;
-        update->done  = update->total;
-        return;
-    }
-    if (update->images_written == update->flash->images - 1) {
-        start_step(update, UPDATE_ERASE, update->last_index);
-    } else {
-        start_step(update, UPDATE_ERASE, update->images_written + (update->images_written >= update->last_index));
-    }
-}
-
-/* Finds the image that the boot program would start now. If there is none, the order does not matter. */
+/* Finds the image to keep: the one that runs, or another one if that is damaged. The next one is written. If none is
+ * good, it does not matter which one is written. */
 static void survey(update_t *update)
 {
+    uint32_t next   = (update->image_index + 1) % update->flash->images;
     status_t status = read_piece(update);
 
     if (status == STATUS_BUSY) {
         return;
     }
-    if (status != STATUS_OK && update->image_index + 1 < update->flash->images) {
-        start_step(update, UPDATE_SURVEY, update->image_index + 1);
-        return;
+    if (status == STATUS_OK) {
+        start_step(update, UPDATE_KEEP, update->image_index);
+    } else if (++update->surveyed < update->flash->images) {
+        start_step(update, UPDATE_SURVEY, next);
+    } else {
+        start_step(update, UPDATE_ERASE, next);
     }
-    update->last_index = update->image_index;
-    next_image(update);
 }
 
 static void read_back(update_t *update)
@@ -239,8 +251,36 @@ static void read_back(update_t *update)
         fail(update, flash_is_protected(update->flash) ? UPDATE_PROTECTED : UPDATE_VERIFY);
         return;
     }
-    update->images_written++;
-    next_image(update);
+    start_step(update, UPDATE_RECORD, update->image_index);
+}
+
+/* Has the trial's record written: before the image is written, that the other one is kept; after it, that the new
+ * firmware is to be tried, or to be started without a trial if it would not confirm itself. */
+static void write_record(update_t *update)
+{
+    bool     keeps    = update->step == UPDATE_KEEP;
+    bool     confirms = !keeps && (tag_of(update).flags & FIRMWARE_TAG_CONFIRMS) != 0;
+    status_t status   = trial_status(update->trial);
+
+    if (status == STATUS_BUSY) {
+        return;
+    }
+    if (!update->asked) {
+        update->asked = true;
+        status = trial_record(update->trial, confirms ? TRIAL_RUNNING : TRIAL_CONFIRMED, update->image_index,
+            keeps ? update->stored : update->crc32);
+        if (status == STATUS_OK) {
+            return;
+        }
+    }
+    if (status != STATUS_OK) {
+        fail(update, status == STATUS_PROTECTED ? UPDATE_PROTECTED : status == STATUS_CRC ? UPDATE_VERIFY : UPDATE_TIMEOUT);
+    } else if (keeps) {
+        start_step(update, UPDATE_ERASE, (update->image_index + 1) % update->flash->images);
+    } else {
+        update->state = UPDATE_DONE;
+        update->done  = update->total;
+    }
 }
 
 /* Begins the next operation of a step; writes the number of bytes that it finishes to `length`. */
@@ -292,9 +332,16 @@ static void wait(update_t *update, uint64_t clock)
 
 void update_poll(update_t *update, uint64_t clock)
 {
+    bool records = update->step == UPDATE_KEEP || update->step == UPDATE_RECORD;
+
     if (update->state == UPDATE_CHECKING) {
         check(update);
     } else if (update->state != UPDATE_WRITING) {
+        return;
+    } else if (records) {
+        write_record(update);
+    } else if (trial_status(update->trial) == STATUS_BUSY) {
+        /* The flash does one operation at a time, and the trial has one to do. */
         return;
     } else if (update->waiting) {
         wait(update, clock);

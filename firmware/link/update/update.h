@@ -4,16 +4,16 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-/* An update: a new firmware is loaded to memory, is checked there, and replaces all images in flash.
+/* An update: a new firmware is loaded to memory, is checked there, and is written to an image in flash, for a trial.
  *
  *   EMPTY -> LOADING -> CHECKING -> WRITING -> DONE
  *                          |           |
  *                          +-----------+-----> FAILED
  *
- * The boot program starts the first good image. That one is written last, when all others hold the new firmware and
- * have been read back, so there is a good image at every moment, even if the power fails. Of each image the header's
- * sector is erased first and the header's page is programmed last, so that an incomplete image has no header.
- */
+ * The image that the boot program starts now is kept, so there is a good one at every moment, even if the power fails.
+ * First the record of the trial says so, then the other image is written and read back, then the record says that this
+ * one is on trial. Of the image the header's sector is erased first and the header's page is programmed last, so that an
+ * incomplete image has no header. */
 
 #ifndef LITESTEREO_LINK_UPDATE_UPDATE_H
 #define LITESTEREO_LINK_UPDATE_UPDATE_H
@@ -23,14 +23,15 @@
 
 #include "litestereo/flash.h"
 #include "litestereo/status.h"
+#include "litestereo/trial.h"
 
 /** States of an update, as the link protocol numbers them. */
 typedef enum {
     UPDATE_EMPTY    = 0,  /**< There is no firmware. */
     UPDATE_LOADING  = 1,  /**< The firmware is being received. */
     UPDATE_CHECKING = 2,  /**< The firmware in memory is being checked; the flash is untouched. */
-    UPDATE_WRITING  = 3,  /**< Images are being replaced. */
-    UPDATE_DONE     = 4,  /**< All images are the new firmware. */
+    UPDATE_WRITING  = 3,  /**< An image is being replaced. */
+    UPDATE_DONE     = 4,  /**< The image is the new firmware, which the next start tries. */
     UPDATE_FAILED   = 5,  /**< The update was given up; at least one image is good. */
 } update_state_t;
 
@@ -44,21 +45,24 @@ typedef enum {
     UPDATE_VERIFY     = 5,  /**< The flash does not hold what was written. */
 } update_failure_t;
 
-/** Steps of one image. */
-typedef enum { UPDATE_SURVEY, UPDATE_ERASE, UPDATE_PROGRAM, UPDATE_READ_BACK } update_step_t;
+/** Steps of writing. */
+typedef enum {
+    UPDATE_SURVEY, UPDATE_KEEP, UPDATE_ERASE, UPDATE_PROGRAM, UPDATE_READ_BACK, UPDATE_RECORD
+} update_step_t;
 
 /** The update of a device. */
 typedef struct {
     flash_t         *flash;             /**< The flash to write to. */
+    trial_t         *trial;             /**< The trial of what is written. */
     uint8_t         *image;             /**< The image in memory, as it will be in flash. */
     update_state_t   state;             /**< Changed by the functions below only. */
     update_failure_t failure;           /**< Reason if the state is FAILED. */
     uint32_t         length;            /**< Announced bytes of the firmware. */
     uint32_t         crc32;             /**< Announced checksum of the firmware. */
     update_step_t    step;              /**< Current step while WRITING. */
-    uint32_t         images_written;    /**< Number of images written. */
+    uint32_t         surveyed;          /**< Number of images surveyed. */
     uint32_t         image_index;       /**< The image being worked on. */
-    uint32_t         last_index;        /**< The image that is written last. */
+    bool             asked;             /**< The record of this step has been handed to the trial. */
     uint32_t         position;          /**< Bytes of the image that this step has finished. */
     uint32_t         expected;          /**< Length in the header of the image being read, bytes. */
     uint32_t         stored;            /**< Checksum in that header. */
@@ -68,11 +72,14 @@ typedef struct {
     uint32_t         total;             /**< Bytes to erase, program and read back altogether. */
 } update_t;
 
-/** Prepares updates of a flash. `memory` is word-aligned and has room for an image. */
-void update_init(update_t *update, flash_t *flash, uint8_t *memory);
+/** Prepares updates of a flash, which has a place for records. `memory` is word-aligned and has room for an image. */
+void update_init(update_t *update, flash_t *flash, trial_t *trial, uint8_t *memory);
 
 /** Most bytes that a firmware may have. */
 uint32_t update_room(const update_t *update);
+
+/** What has become of the newest firmware. */
+trial_state_t update_trial(const update_t *update);
 
 /** Whether an update is being checked or written; nothing else may begin until it ends. */
 bool update_is_running(const update_t *update);

@@ -19,12 +19,15 @@
 #include <time.h>
 
 #include "app/app.h"
-#include "boot/image.h"
+#include "boot/start.h"
+#include "drivers/reset_word.h"
+#include "drivers/trial_choice.h"
 #include "fake_flash.h"
 #include "fake_frame_link.h"
 #include "fake_stereo.h"
 #include "generated/csr.h"
 #include "generated/soc.h"
+#include "lib/bytes.h"
 #include "litestereo/firmware_tag.h"
 #include "litestereo/platform.h"
 #include "tcp_uart.h"
@@ -42,7 +45,10 @@ static struct {
     uint16_t port;
     long     udp_port;     /* -1 for none. */
     bool     stored_only;  /* Without streaming. */
+    bool     bad_updates;  /* A firmware on trial is reset before it confirms itself. */
     jmp_buf  reset;        /* Target of a reset. */
+    uint32_t reset_word;   /* The register reset_record_cause. */
+    uint16_t version;      /* Of the firmware that the boot program found in flash. */
     uint8_t  booted[FLASH_IMAGE_BYTES];  /* The image that the boot program found in flash. */
 } device = {.memory_size = 16 << 20, .clock_hz = 100000000, .udp_port = -1};
 
@@ -119,9 +125,17 @@ static void handle_interrupt(void)
 
 /* Resets. */
 
+uint32_t reset_record_cause_read(void)           { return device.reset_word; }
+void     reset_record_cause_write(uint32_t word) { device.reset_word = word; }
+
 void reset_begin(reset_report_t *report)
 {
-    *report = (reset_report_t){0};
+    *report = (reset_report_t){.image = (uint8_t)reset_image(device.reset_word)};
+}
+
+void reset_forget_starts(void)
+{
+    device.reset_word &= ~(RESET_STARTS_MOST << RESET_STARTS_SHIFT);
 }
 
 void reset_now(reset_cause_t cause, uint32_t place, uint16_t line)
@@ -176,26 +190,41 @@ static void fill_flash(void)
     }
 }
 
-/* The boot program. This program remains the firmware, but takes the name of the one in flash. */
+/* The boot program. This program remains the firmware, but takes the version of the one in flash. */
 static void boot(void)
 {
+    const uint8_t *tag_bytes;
+    firmware_tag_t tag;
+    trial_record_t record;
+    uint32_t       image;
+
+    device.version = (uint16_t)firmware_tag.version;
     if (!fake_flash.present) {
         return;
     }
-    for (uint32_t image = 0; image < FLASH_IMAGES; image++) {
-        uint32_t address = FLASH_IMAGES_OFFSET + image * FLASH_IMAGE_BYTES;
-        uint32_t length  = image_load(address, device.booted, FLASH_IMAGE_BYTES - FLASH_HEADER_BYTES);
-
-        if (length >= sizeof(firmware_tag)) {
-            firmware_tag_t tag;
-
-            memcpy(&tag, device.booted + length - sizeof(tag), sizeof(tag));
-            device.app.info.firmware_version = (uint16_t)tag.version;
-            return;
+    do {
+        image = start_load(device.booted);
+        if (image == FLASH_IMAGES) {
+            fprintf(stderr, "native_device: no firmware in flash\n");
+            exit(1);
         }
+        tag_bytes = device.booted + get_u32(fake_flash.contents + FLASH_IMAGES_OFFSET + image * FLASH_IMAGE_BYTES);
+        memcpy(&tag, tag_bytes - sizeof(tag), sizeof(tag));
+        /* A bad one is reset at once, and the next start is that of the boot program again. */
+    } while (device.bad_updates && trial_read(&record) && record.state == TRIAL_RUNNING && record.image == image);
+    device.version = (uint16_t)tag.version;
+}
+
+/* Starts the firmware as after a reset. */
+static bool start(void)
+{
+    boot();
+    if (app_init(&device.app) != STATUS_OK) {
+        return false;
     }
-    fprintf(stderr, "native_device: no firmware in flash\n");
-    exit(1);
+    device.app.info.firmware_version = device.version;
+    platform_attach_stereo(handle_interrupt);
+    return true;
 }
 
 /* The program. */
@@ -219,6 +248,7 @@ static void usage(void)
         "  --bus-error           end every frame with a bus error\n"
         "  --flash               a flash, with the firmware in it\n"
         "  --flash-protected     a flash that does not follow commands to write\n"
+        "  --bad-updates         a firmware that an update brings does not work\n"
         "  --flash-busy N        polls of its status that an operation takes (default: 3)\n");
     exit(2);
 }
@@ -226,7 +256,8 @@ static void usage(void)
 static void parse_options(int argc, char **argv)
 {
     enum { PORT, UDP_PORT, MAX_CHUNKS, MEMORY, CLOCK_HZ, CLOCKS_PER_PIXEL, MAX_WIDTH, MAX_DISPARITIES, MAX_BLOCK_SIZE,
-        HANG, BUS_ERROR, STORED_ONLY, SKIP_PARTS, FLASH, FLASH_PROTECTED, FLASH_BUSY };
+        HANG, BUS_ERROR, STORED_ONLY, SKIP_PARTS, FLASH, FLASH_PROTECTED, FLASH_BUSY,
+        BAD_UPDATES };
     static const struct option options[] = {
         {"port",             required_argument, NULL, PORT},
         {"udp-port",         required_argument, NULL, UDP_PORT},
@@ -244,6 +275,7 @@ static void parse_options(int argc, char **argv)
         {"flash",            no_argument,       NULL, FLASH},
         {"flash-protected",  no_argument,       NULL, FLASH_PROTECTED},
         {"flash-busy",       required_argument, NULL, FLASH_BUSY},
+        {"bad-updates",      no_argument,       NULL, BAD_UPDATES},
         {NULL, 0, NULL, 0},
     };
     int option;
@@ -268,6 +300,7 @@ static void parse_options(int argc, char **argv)
         case FLASH:            fake_flash.present = true; break;
         case FLASH_PROTECTED:  fake_flash.present = fake_flash.protect = true; break;
         case FLASH_BUSY:       fake_flash.busy_polls = (unsigned)value; break;
+        case BAD_UPDATES:      device.bad_updates = true; break;
         default:               usage();
         }
     }
@@ -291,12 +324,10 @@ int main(int argc, char **argv)
     fake_stereo.clock = real_clock;
     listen_to_udp();
     fill_flash();
-    if (app_init(&device.app) != STATUS_OK) {
+    if (!start()) {
         fprintf(stderr, "the firmware does not start with these options\n");
         return 1;
     }
-    boot();
-    platform_attach_stereo(handle_interrupt);
     port = tcp_uart_listen(device.port);
     if (port == 0) {
         fail("listen");
@@ -308,13 +339,12 @@ int main(int argc, char **argv)
     fflush(stdout);
     if (setjmp(device.reset) != 0) {
         fake_frame_link_reset();
-        if (app_init(&device.app) != STATUS_OK) {
+        if (!start()) {
             fail("reset");
         }
-        boot();
-        platform_attach_stereo(handle_interrupt);
     }
-    while (tcp_uart_wait(udp_wire_socket(), fake_frame_link_busy() || update_is_running(&device.app.update))) {
+    while (tcp_uart_wait(udp_wire_socket(), fake_frame_link_busy() || update_is_running(&device.app.update)
+        || trial_status(&device.app.trial) == STATUS_BUSY)) {
         udp_wire_receive();
         app_poll(&device.app);
         tcp_uart_flush();

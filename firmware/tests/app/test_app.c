@@ -247,7 +247,7 @@ static void test_reset(void)
 {
     boot();
     REQUIRE(strstr(out, "since power-up") == NULL);
-    found_reset = (reset_report_t){RESET_WATCHDOG, 0x40001234, 77, 3};
+    found_reset = (reset_report_t){RESET_WATCHDOG, 0x40001234, 77, 3, 0};
     boot();
     REQUIRE(strstr(out, "reset 3 since power-up: watchdog, at 0x40001234, line 77\r\n") != NULL);
     found_reset = (reset_report_t){0};

@@ -44,6 +44,7 @@ static reset_report_t begin(uint32_t word, uint32_t place, uint32_t noted)
 
     expect_read("cause", word);
     expect_read("place", place);
+    expect_read("cause", word);
     expect_write("cause", noted);
     expect_write("place", 0);
     reset_begin(&report);
@@ -58,19 +59,31 @@ static void test_begin(void)
     REQUIRE(report.cause == RESET_POWER_UP && report.resets == 0 && report.line == 0 && report.place == 0);
     report = begin(0x004d0203, 0x40001234, 0x0301);
     REQUIRE(report.cause == RESET_WATCHDOG && report.resets == 3 && report.line == 77 && report.place == 0x40001234);
+    /* Starts of a trial and the image are the boot program's: they stay. */
+    REQUIRE(report.image == 0);
+    report = begin(0x004d02b3, 0, 0x03b1);
+    REQUIRE(report.cause == RESET_WATCHDOG && report.resets == 3 && report.image == 2);
+    report = begin(0x00000050, 0, 0x0051);
+    REQUIRE(report.cause == RESET_POWER_UP && report.resets == 0 && report.image == 1);
+    expect_read("cause", 0x004d02b3);
+    expect_write("cause", 0x004d0283);
+    reset_forget_starts();
+    require_all_done();
     /* The count saturates. */
     report = begin(0xffffff04, 1, 0xff01);
     REQUIRE(report.cause == RESET_ENSURE && report.resets == 255 && report.line == 0xffff);
     REQUIRE(strcmp(reset_cause_name(report.cause), "ensure") == 0);
     REQUIRE(strcmp(reset_cause_name(RESET_MATCHER), "matcher") == 0);
+    REQUIRE(strcmp(reset_cause_name(RESET_START), "start") == 0);
     REQUIRE(strcmp(reset_cause_name((reset_cause_t)200), "?") == 0);
 }
 
 /* The next start reads what was recorded before the reset. */
 static void test_now(void)
 {
-    expect_read("cause", 0x0501);
-    expect_write("cause", 0x00070504);
+    expect_read("cause", 0x05a1);
+    expect_read("cause", 0x05a1);
+    expect_write("cause", 0x000705a4);
     expect_write("place", 0x40000010);
     expect_write("reset", 1);
     if (setjmp(after_reset) == 0) {

@@ -43,6 +43,8 @@ static session_t     session;
 static frame_link_t  driver;
 static udp_link_t    udp;
 static flash_t       flash;
+static records_t     records;
+static trial_t       trial;
 static update_t      update;
 static uint64_t      ticks;
 static unsigned      seed;
@@ -64,6 +66,10 @@ static uint32_t live;                      /* Those of them that were sent witho
 static uint32_t images;                    /* Chunks of a firmware that were stored. */
 static uint32_t streamed;                  /* Streamed frames that were matched. */
 static uint32_t errors[ERROR_BUSY + 1];    /* Refusals by code. */
+
+void reset_forget_starts(void)
+{
+}
 
 uint64_t clock_now(void)
 {
@@ -239,6 +245,7 @@ static void step(void)
     clock_now();
     udp_link_poll(&udp, ticks);
     session_poll(&session, ticks);
+    trial_poll(&trial, ticks);
     update_poll(&update, ticks);
     /* The device restarts at once, with its memory unchanged. */
     session.restarting = session.restarting && !session_wants_restart(&session, ticks);
@@ -256,7 +263,9 @@ static void start(void)
     session_init(&session, &info, &pool, &counters, stop, NULL);
     fake_flash_reset();
     REQUIRE(flash_init(&flash, HZ) == STATUS_OK);
-    update_init(&update, &flash, image);
+    REQUIRE(records_init(&records, &flash) == STATUS_OK);
+    trial_init(&trial, &records, &(reset_report_t){.image = 1}, HZ);
+    update_init(&update, &flash, &trial, image);
     session.update = &update;
     fake_frame_link.version   = FRAME_LINK_VERSION;
     fake_frame_link.streaming = true;

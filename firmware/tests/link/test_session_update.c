@@ -6,6 +6,7 @@
 
 /* Requests about the firmware, on a device with a flash and on one without. */
 
+#include <stddef.h>
 #include <string.h>
 
 #include "fake_flash.h"
@@ -19,6 +20,8 @@
 #define HZ     60000000u
 
 static flash_t  flash;
+static records_t records;
+static trial_t  trial;
 static update_t update;
 static _Alignas(8) uint8_t image[ROOM];
 static uint8_t  firmware[LENGTH];
@@ -30,7 +33,9 @@ static void set_up_with_flash(void)
     set_up();
     fake_flash_reset();
     REQUIRE(flash_init(&flash, HZ) == STATUS_OK);
-    update_init(&update, &flash, image);
+    REQUIRE(records_init(&records, &flash) == STATUS_OK);
+    trial_init(&trial, &records, &(reset_report_t){.image = 1}, HZ);
+    update_init(&update, &flash, &trial, image);
     session.update = &update;
     for (unsigned i = 0; i < LENGTH; i++) {
         firmware[i] = (uint8_t)next_random(&seed);
@@ -65,14 +70,15 @@ static void load(void)
 static void require_progress(update_state_t state, update_failure_t failure)
 {
     REQUIRE(reply.length == PROTOCOL_PROGRESS_SIZE && reply.payload[0] == state && reply.payload[1] == failure);
-    REQUIRE(get_u16(reply.payload + 2) == 0 && get_u32(reply.payload + 12) == ROOM - 8);
+    REQUIRE(reply.payload[2] == trial_state(&trial) && reply.payload[3] == 0 && get_u32(reply.payload + 12) == ROOM - 8);
 }
 
 static void work(void)
 {
     for (int polls = 0; update_is_running(&update); polls++) {
         REQUIRE(polls < 10000);
-        update_poll(&update, uptime += 1000);
+        trial_poll(&trial, uptime += 1000);
+        update_poll(&update, uptime);
     }
 }
 
@@ -105,7 +111,7 @@ static void test_update(void)
     load();
     REQUIRE(ask(TYPE_PROGRESS, 0, 0, NULL, 0) == 0x91);
     require_progress(UPDATE_LOADING, UPDATE_NO_FAILURE);
-    REQUIRE(get_u32(reply.payload + 4) == 0 && get_u32(reply.payload + 8) == 2 * 3 * (LENGTH + 8));
+    REQUIRE(get_u32(reply.payload + 4) == 0 && get_u32(reply.payload + 8) == 3 * (LENGTH + 8));
     for (int copies = 0; copies < 3; copies++) {
         REQUIRE(ask(TYPE_WRITE, 0, 0, NULL, 0) == 0x90);
         require_progress(UPDATE_CHECKING, UPDATE_NO_FAILURE);
@@ -114,8 +120,16 @@ static void test_update(void)
     REQUIRE(ask(TYPE_PROGRESS, 0, 0, NULL, 0) == 0x91);
     require_progress(UPDATE_DONE, UPDATE_NO_FAILURE);
     REQUIRE(get_u32(reply.payload + 4) == get_u32(reply.payload + 8));
-    REQUIRE(memcmp(fake_flash.contents + 0x100008, firmware, LENGTH) == 0);
-    REQUIRE(memcmp(fake_flash.contents + 0x140008, firmware, LENGTH) == 0);
+    /* There was no good image, so the place does not matter. The new one asks for no trial. */
+    REQUIRE(memcmp(fake_flash.contents + 0x100008, firmware, LENGTH) == 0 && reply.payload[2] == TRIAL_CONFIRMED);
+    /* A second one is written to the other image, and is to be tried. */
+    firmware[LENGTH - sizeof(firmware_tag) + offsetof(firmware_tag_t, flags)] = FIRMWARE_TAG_CONFIRMS;
+    load();
+    REQUIRE(ask(TYPE_WRITE, 0, 0, NULL, 0) == 0x90);
+    work();
+    REQUIRE(ask(TYPE_PROGRESS, 0, 0, NULL, 0) == 0x91);
+    require_progress(UPDATE_DONE, UPDATE_NO_FAILURE);
+    REQUIRE(memcmp(fake_flash.contents + 0x140008, firmware, LENGTH) == 0 && reply.payload[2] == TRIAL_RUNNING);
 }
 
 static void test_refused(void)

@@ -4,17 +4,24 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-/* Updates of the firmware in flash: a good one, refusals, faults of the flash, and power failures
- * at each moment. The real boot program always finds a good image. */
+/* Updates of the firmware in flash: good ones, refusals, faults of the flash, and power failures at each moment. The
+ * choice of the boot program always finds a good image; before the end of an update it is the old one. */
 
 #include "link/update/update.h"
 
+#include <stddef.h>
 #include <string.h>
 
 #include "boot/image.h"
+#include "boot/start.h"
+#include "drivers/reset_word.h"
+#include "drivers/trial_choice.h"
 #include "fake_flash.h"
+#include "generated/csr.h"
+#include "generated/soc.h"
 #include "litestereo/crc32.h"
 #include "litestereo/firmware_tag.h"
+#include "litestereo/platform.h"
 #include "require.h"
 
 #define SLOT(number) (FIRST + (number) * ROOM)
@@ -23,14 +30,24 @@
 #define HZ           1000000u
 #define LENGTH       5000u  /* Of the new firmware: two sectors, 20 pages, the last ones in part. */
 #define OLD_LENGTH   5500u
-#define OPERATIONS   (2 * (2 + 20))
+#define RECORD       3u     /* Operations to write a record. */
+#define OPERATIONS   (RECORD + 2 + 20 + RECORD)
 #define CHUNK        1024u
 
-static flash_t  flash;
-static update_t update;
+static flash_t   flash;
+static records_t records;
+static trial_t   trial;
+static update_t  update;
 static _Alignas(8) uint8_t memory[ROOM];
 static uint8_t  old[OLD_LENGTH], new[LENGTH];
 static uint64_t now;
+
+static uint32_t reset_word;  /* The register reset_record_cause. */
+
+uint32_t reset_record_cause_read(void)           { return reset_word; }
+void     reset_record_cause_write(uint32_t word) { reset_word = word; }
+void     reset_forget_starts(void)               { reset_word = 0; }
+uint64_t clock_now(void)                         { return now += 1000; }
 
 static void fill(uint8_t *firmware, uint32_t length, unsigned seed)
 {
@@ -38,6 +55,15 @@ static void fill(uint8_t *firmware, uint32_t length, unsigned seed)
         firmware[i] = (uint8_t)next_random(&seed);
     }
     memcpy(firmware + length - sizeof(firmware_tag), &firmware_tag, sizeof(firmware_tag));
+    firmware[length - sizeof(firmware_tag) + offsetof(firmware_tag_t, flags)] = FIRMWARE_TAG_CONFIRMS;
+}
+
+/* The start of a firmware from an image, 1 for the first, or from elsewhere, 0. */
+static void prepare(uint8_t image)
+{
+    REQUIRE(flash_init(&flash, HZ) == STATUS_OK && records_init(&records, &flash) == STATUS_OK);
+    trial_init(&trial, &records, &(reset_report_t){.image = image}, HZ);
+    update_init(&update, &flash, &trial, memory);
 }
 
 /* A device whose flash has good images, a bit per image. */
@@ -45,6 +71,7 @@ static void set_up(unsigned good)
 {
     fake_flash_reset();
     fill(old, OLD_LENGTH, 1);
+    old[OLD_LENGTH - sizeof(firmware_tag) + offsetof(firmware_tag_t, flags)] = 0;
     fill(new, LENGTH, 2);
     for (unsigned slot = 0; slot < 2; slot++) {
         fake_flash_put_image(SLOT(slot), old, OLD_LENGTH);
@@ -52,8 +79,7 @@ static void set_up(unsigned good)
             fake_flash.contents[SLOT(slot) + 100] ^= 1;
         }
     }
-    REQUIRE(flash_init(&flash, HZ) == STATUS_OK);
-    update_init(&update, &flash, memory);
+    prepare(0);
 }
 
 static void load(const uint8_t *firmware, uint32_t length)
@@ -74,27 +100,33 @@ static void work(void)
         uint32_t done = update.done;
 
         REQUIRE(polls < 100000);
-        update_poll(&update, now += 1000);
+        trial_poll(&trial, now += 1000);
+        update_poll(&update, now);
         REQUIRE(update.done >= done && update.done <= update.total);
     }
 }
 
-/* The firmware that the boot program starts: 'o' for the old, 'n' for the new, '-' for none. */
+/* The firmware that the boot program starts: 'o' for the old, 'n' for the new, 't' for the new on trial, '-' for none. */
 static char boot(void)
 {
     static uint8_t started[ROOM];
+    trial_record_t record;
+    uint32_t       image;
 
-    for (unsigned slot = 0; slot < 2; slot++) {
-        uint32_t length = image_load(SLOT(slot), started, ROOM - 8);
-
-        if (length > 0) {
-            bool is_new = length == LENGTH && memcmp(started, new, LENGTH) == 0;
-
-            REQUIRE(is_new || (length == OLD_LENGTH && memcmp(started, old, OLD_LENGTH) == 0));
-            return is_new ? 'n' : 'o';
-        }
+    reset_word = 0;
+    image      = start_load(started);
+    if (image == FLASH_IMAGES) {
+        return '-';
     }
-    return '-';
+    REQUIRE(reset_image(reset_word) == image + 1);
+    if (reset_starts(reset_word) > 0) {
+        REQUIRE(trial_read(&record) && record.state == TRIAL_RUNNING && record.image == image);
+    }
+    if (memcmp(started, new, LENGTH) == 0) {
+        return reset_starts(reset_word) > 0 ? 't' : 'n';
+    }
+    REQUIRE(memcmp(started, old, OLD_LENGTH) == 0 && reset_starts(reset_word) == 0);
+    return 'o';
 }
 
 static bool holds(unsigned slot, const uint8_t *firmware, uint32_t length)
@@ -115,22 +147,53 @@ static void require_failed(update_failure_t failure)
 static void test_good(void)
 {
     for (unsigned good = 0; good < 4; good++) {
-        set_up(good);
-        load(new, LENGTH);
-        work();
-        REQUIRE(update.state == UPDATE_DONE && update.done == update.total && update.failure == 0);
-        REQUIRE(holds(0, new, LENGTH) && holds(1, new, LENGTH) && boot() == 'n');
-        REQUIRE(fake_flash.operations == OPERATIONS);
-        /* The sectors after an image, and everything outside of the images, are unchanged. */
-        for (uint32_t i = 0; i < FAKE_FLASH_BYTES; i++) {
-            if (i < FIRST || i >= FIRST + 2 * ROOM || (i - FIRST) % ROOM >= 2 * 4096) {
-                REQUIRE(fake_flash.contents[i] == 0xff);
+        for (uint8_t running = 0; running < 3; running++) {
+            /* The image that runs is kept, unless the other one alone is good. */
+            unsigned kept = running == 2 ? (good & 2) != 0 : (good & 1) == 0;
+            unsigned slot = 1 - kept;
+
+            set_up(good);
+            prepare(running);
+            load(new, LENGTH);
+            work();
+            REQUIRE(update.state == UPDATE_DONE && update.done == update.total && update.failure == 0);
+            REQUIRE(holds(slot, new, LENGTH) && !holds(kept, new, LENGTH));
+            REQUIRE(holds(kept, old, OLD_LENGTH) == (good >> kept & 1));
+            REQUIRE(fake_flash.operations == (good == 0 ? OPERATIONS - RECORD : OPERATIONS));
+            REQUIRE(trial_state(&trial) == TRIAL_RUNNING && boot() == 't');
+            /* The sectors after the image, and everything outside of images and records, are unchanged. */
+            for (uint32_t i = 0; i < FAKE_FLASH_BYTES; i++) {
+                if (i < FIRST || i >= FIRST + 2 * ROOM + 2 * RECORD_COPY_BYTES
+                    || (i < FIRST + 2 * ROOM && (i - FIRST) % ROOM >= 2 * 4096)) {
+                    REQUIRE(fake_flash.contents[i] == 0xff);
+                }
             }
+            /* Repeating it does nothing. */
+            REQUIRE(update_begin(&update, LENGTH, update.crc32) == STATUS_OK && update.state == UPDATE_DONE);
+            REQUIRE(update_write(&update) == STATUS_OK && update.state == UPDATE_DONE);
+            /* The next update does not keep what has not been tried, unless nothing else is good. */
+            update_forget(&update);
+            new[0] ^= 1;
+            load(new, LENGTH);
+            work();
+            REQUIRE(update.state == UPDATE_DONE && holds(good == 0 ? kept : slot, new, LENGTH));
         }
-        /* Repeating it does nothing. */
-        REQUIRE(update_begin(&update, LENGTH, update.crc32) == STATUS_OK && update.state == UPDATE_DONE);
-        REQUIRE(update_write(&update) == STATUS_OK && update.state == UPDATE_DONE);
     }
+}
+
+/* A firmware that would not confirm itself is started without a trial, and then is the one to keep. */
+static void test_without_trial(void)
+{
+    set_up(3);
+    new[LENGTH - sizeof(firmware_tag) + offsetof(firmware_tag_t, flags)] = 0;
+    load(new, LENGTH);
+    work();
+    REQUIRE(update.state == UPDATE_DONE && trial_state(&trial) == TRIAL_CONFIRMED && boot() == 'n');
+    REQUIRE(holds(0, old, OLD_LENGTH) && holds(1, new, LENGTH));
+    prepare((uint8_t)reset_image(reset_word));
+    load(old, OLD_LENGTH);
+    work();
+    REQUIRE(update.state == UPDATE_DONE && holds(0, old, OLD_LENGTH) && holds(1, new, LENGTH) && boot() == 'o');
 }
 
 /* Firmwares of all lengths near the size of a page, a sector and an image. */
@@ -146,7 +209,7 @@ static void test_lengths(void)
         load(firmware, lengths[i]);
         work();
         REQUIRE(update.state == UPDATE_DONE && update.done == update.total);
-        REQUIRE(holds(0, firmware, lengths[i]) && holds(1, firmware, lengths[i]));
+        REQUIRE(holds(0, old, OLD_LENGTH) && holds(1, firmware, lengths[i]));
     }
 }
 
@@ -173,7 +236,7 @@ static void test_refused(void)
     update_forget(&update);
     REQUIRE(update.state == UPDATE_CHECKING && update_begin(&update, LENGTH, crc) == STATUS_OK);
     work();
-    REQUIRE(update.state == UPDATE_DONE && boot() == 'n');
+    REQUIRE(update.state == UPDATE_DONE && boot() == 't');
     update_forget(&update);
     REQUIRE(update.state == UPDATE_EMPTY);
 }
@@ -207,7 +270,7 @@ static void test_unfit(void)
     new[LENGTH - sizeof(firmware_tag) + 8] ^= 1;
     load(new, LENGTH);
     work();
-    REQUIRE(update.state == UPDATE_DONE && boot() == 'n');
+    REQUIRE(update.state == UPDATE_DONE && boot() == 't');
 }
 
 static void test_faults(void)
@@ -241,6 +304,7 @@ static void test_faults(void)
         update_poll(&update, now += 1000);
     }
     for (int round = 0; round < 2; round++) {
+        trial_poll(&trial, now);
         update_poll(&update, now += 1000);
     }
     fake_flash.stuck = false;
@@ -251,16 +315,16 @@ static void test_faults(void)
     REQUIRE(fake_flash.operations == 1 && boot() == 'o');
     load(new, LENGTH);
     work();
-    REQUIRE(update.state == UPDATE_DONE && boot() == 'n');
+    REQUIRE(update.state == UPDATE_DONE && boot() == 't');
 }
 
 /* An update whose power fails in operation `cut`, 1 for the first; returns whether it got that far. */
 static bool update_cut(unsigned cut, enum fake_flash_cut part)
 {
+    REQUIRE(boot() != '-');
+    prepare((uint8_t)reset_image(reset_word));
     fake_flash.operations_to_cut = cut;
     fake_flash.cut             = part;
-    REQUIRE(flash_init(&flash, HZ) == STATUS_OK);
-    update_init(&update, &flash, memory);
     load(new, LENGTH);
     work();
     if (!fake_flash.dead) {
@@ -271,7 +335,8 @@ static bool update_cut(unsigned cut, enum fake_flash_cut part)
     return true;
 }
 
-/* The power fails at each moment of an update, and then again in the next update. */
+/* The power fails at each moment of an update, and then again in the next update. Before the last record is written the
+ * old firmware is started. */
 static void test_power(void)
 {
     unsigned moments = 0, random = 5;
@@ -279,17 +344,21 @@ static void test_power(void)
     for (unsigned good = 1; good < 4; good++) {
         for (unsigned cut = 1; cut <= OPERATIONS + 1; cut++) {
             for (int part = CUT_BEFORE; part <= CUT_AFTER; part++) {
+                char next;
+
                 set_up(good);
                 fake_flash.random = next_random(&random);
                 if (!update_cut(cut, (enum fake_flash_cut)part)) {
                     break;
                 }
                 moments++;
-                REQUIRE(boot() != '-');
+                next = boot();
+                REQUIRE(next == 'o' || (next == 't' && cut == OPERATIONS && part != CUT_BEFORE));
+                REQUIRE(next == 't' || cut < OPERATIONS || part != CUT_AFTER);
+                /* The firmware that has been started, and confirmed or not, updates again. */
                 update_cut(next_random(&random) % OPERATIONS + 1, (enum fake_flash_cut)(next_random(&random) % 3));
                 REQUIRE(boot() != '-');
-                REQUIRE(!update_cut(0, CUT_BEFORE) && boot() == 'n');
-                REQUIRE(holds(0, new, LENGTH) && holds(1, new, LENGTH));
+                REQUIRE(!update_cut(0, CUT_BEFORE) && boot() == 't');
             }
         }
     }
@@ -299,6 +368,7 @@ static void test_power(void)
 int main(void)
 {
     test_good();
+    test_without_trial();
     test_lengths();
     test_refused();
     test_unfit();

@@ -29,6 +29,7 @@ size_t   frame_memory = MEMORY_SIZE;
 reset_report_t found_reset;
 reset_cause_t  last_reset;
 unsigned       resets;
+unsigned       forgotten_starts;
 
 static uint8_t       *memory;
 static const uint8_t *line;
@@ -71,6 +72,11 @@ void reset_now(reset_cause_t cause, uint32_t place, uint16_t line_number)
     (void)line_number;
     last_reset = cause;
     resets++;
+}
+
+void reset_forget_starts(void)
+{
+    forgotten_starts++;
 }
 
 const char *reset_cause_name(reset_cause_t cause)

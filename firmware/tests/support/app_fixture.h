@@ -28,6 +28,7 @@ extern size_t frame_memory;
 extern reset_report_t found_reset;
 extern reset_cause_t  last_reset;
 extern unsigned       resets;
+extern unsigned       forgotten_starts;  /**< Calls of reset_forget_starts(). */
 
 /** What the firmware sent since the last call of type(), as text. */
 extern char out[1 << 16];

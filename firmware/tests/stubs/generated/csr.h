@@ -143,8 +143,14 @@ uint32_t frame_link_chunks_repeated_read(void);
 uint32_t frame_link_chunks_while_matching_read(void);
 #endif
 
-#ifdef WITH_WATCHDOG
 #define CSR_RESET_RECORD_BASE 0xf0004000L
+
+uint32_t reset_record_cause_read(void);
+uint32_t reset_record_place_read(void);
+void     reset_record_cause_write(uint32_t value);
+void     reset_record_place_write(uint32_t value);
+
+#ifdef WITH_WATCHDOG
 #define CSR_WATCHDOG0_BASE    0xf0004800L
 
 #define CSR_WATCHDOG0_CONTROL_FEED_OFFSET 0
@@ -153,12 +159,8 @@ uint32_t frame_link_chunks_while_matching_read(void);
 #define CSR_WATCHDOG0_EV_PENDING_WDT_OFFSET 0
 #define CSR_WATCHDOG0_EV_ENABLE_WDT_OFFSET 0
 
-uint32_t reset_record_cause_read(void);
-uint32_t reset_record_place_read(void);
 uint32_t watchdog0_control_read(void);
 uint32_t watchdog0_cycles_read(void);
-void     reset_record_cause_write(uint32_t value);
-void     reset_record_place_write(uint32_t value);
 void     watchdog0_control_write(uint32_t value);
 void     watchdog0_cycles_write(uint32_t value);
 void     watchdog0_ev_pending_write(uint32_t value);
