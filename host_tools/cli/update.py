@@ -14,6 +14,7 @@ from pathlib import Path
 from ..devices.base import RESTART_LIMIT_S
 from ..devices.connect import connect
 from ..devices.firmware_image import read_firmware
+from ..protocol.payloads import Trial
 from .arguments import Parser, add_device, add_json, positive
 from .progress import progress_bars
 
@@ -22,8 +23,25 @@ examples:
   litestereo update build/colorlight_i5/firmware.bin --device udp://192.168.1.50
   litestereo update firmware.bin --device 'serial:/dev/ttyUSB0?baud=1000000' --no-restart
 
+The device tries the new firmware first, and keeps the old one: it returns to that if the new one is reset three times
+before a session begins with it.
 If the power fails during the update, the device starts the old firmware or the new one. Then repeat the update.
 """
+
+
+#: What the device does with the new firmware, by its trial: if it has not been restarted, and if it has been.
+_AT_THE_NEXT_RESTART = {
+    Trial.UNKNOWN:   ", which starts at its next restart",
+    Trial.RUNNING:   ", which is tried at its next restart",
+    Trial.CONFIRMED: ", which starts at its next restart",
+    Trial.FELL_BACK: ", which starts at its next restart",
+}
+_NOW = {
+    Trial.UNKNOWN:   "",
+    Trial.RUNNING:   ", on trial",
+    Trial.CONFIRMED: ", confirmed",
+    Trial.FELL_BACK: ", which failed",
+}
 
 
 def add_parser(commands: argparse._SubParsersAction[Parser]) -> None:
@@ -48,11 +66,13 @@ def run(options: argparse.Namespace) -> int:
         with progress_bars() as progress:
             device.update_firmware(options.firmware, restart=not options.no_restart, progress=progress,
                                    restart_limit_s=options.restart_limit)
+        trial = device.trial()
     summary = {"device": before.name, "url": before.url, "before": before.firmware_version, "after": image.version,
-               "bytes": len(image.program), "restarted": not options.no_restart}
+               "bytes": len(image.program), "restarted": not options.no_restart,
+               "trial": trial.name.lower()}
     if options.json:
         print(json.dumps(summary, indent=2))
     else:
         print(f"{before.name}: firmware {before.firmware_version} -> {image.version}"
-              + (", which starts at its next restart" if options.no_restart else ""))
+              + (_AT_THE_NEXT_RESTART if options.no_restart else _NOW)[trial])
     return 0

@@ -23,6 +23,7 @@ from ..core.errors import DeviceError, ImageError, UnsupportedError
 from ..core.features import ALL_STAGES, DESCRIPTIONS, Feature
 from ..core.settings import DEFAULT_BLOCK_SIZE, DEFAULT_DISPARITIES, MatcherSettings
 from ..link.settings import LinkCounters
+from ..protocol.payloads import Trial
 
 if TYPE_CHECKING:
     from typing_extensions import Self
@@ -276,10 +277,18 @@ class Device(abc.ABC):
         UnsupportedError
             The device has no flash for firmware.
         DeviceError
-            The device is gone, does not answer, did not accept the firmware, or did not come back with it. Its flash
-            holds a good firmware in any case.
+            The device is gone, does not answer, did not accept the firmware, or did not come back with it, perhaps
+            because the firmware failed its trial. Its flash holds a good firmware in any case.
         """
         raise UnsupportedError(f"{self.info().name} has no firmware that could be replaced")
+
+    def trial(self) -> Trial:
+        """Return what has become of the firmware that `update_firmware` has written.
+
+        RUNNING: the device tries it, or will at its next restart. CONFIRMED: it works. FELL_BACK: it has failed, and
+        the old one runs again. UNKNOWN: there was no update, or the device does not say.
+        """
+        return Trial.UNKNOWN
 
     def close(self) -> None:  # noqa: B027 - devices that hold nothing need none
         """Release the device; closing twice does no harm."""

@@ -20,14 +20,18 @@ from ..link.link import Link
 from ..link.settings import LinkCounters, LinkSettings
 from ..protocol import payloads
 from ..protocol.messages import MessageType
+from ..protocol.payloads import Trial
 from .base import RESTART_LIMIT_S, Device, DeviceInfo, Pair, Progress, Result, check_pair
 from .firmware_image import read_firmware
 from .job import FrameJob, LinkContext, StoredFrameJob
 from .pipeline import Pipeline
-from .updating import restart_device, write_firmware
+from .updating import ask_trial, restart_device, write_firmware
 
 #: Longest wait for the reply to BYE, in seconds.
 _BYE_LIMIT_S = 1.0
+
+#: Longest wait for a new firmware to write to its flash that it is confirmed, in seconds.
+_CONFIRM_LIMIT_S = 5.0
 
 
 def _version(number: int) -> str:
@@ -96,7 +100,8 @@ class RemoteDevice(Device):
             self._usable = False
             self.close()
             raise
-        self._info = _describe(url, capabilities)
+        self._info  = _describe(url, capabilities)
+        self._trial = Trial.UNKNOWN
 
     @property
     def link_counters(self) -> LinkCounters:
@@ -188,10 +193,19 @@ class RemoteDevice(Device):
                 capabilities     = restart_device(self._link, restart_limit_s)
                 self._info       = _describe(self._info.url, capabilities)
                 self._configured = None
+            self._trial = ask_trial(self._link, _CONFIRM_LIMIT_S if restart else 0.0)
+        if restart and self._trial == Trial.FELL_BACK:
+            raise DeviceError(f"firmware {image.version} did not work: it was reset before it was confirmed, and the "
+                              f"device runs firmware {self._info.firmware_version} again; see what it says on its "
+                              "serial line")
         if restart and self._info.firmware_version != image.version:
             raise DeviceError(f"the device started firmware {self._info.firmware_version} instead of {image.version}: "
                               "see what it says on its serial line")
         return self._info
+
+    def trial(self) -> Trial:
+        """Return what has become of the firmware that `update_firmware` has written; see `Device.trial`."""
+        return self._trial
 
     def close(self) -> None:
         """End the session, and close the channel."""

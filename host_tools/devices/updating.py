@@ -13,7 +13,7 @@ from ..core.errors import DeviceError, LinkTimeout
 from ..link.link import Link
 from ..protocol import payloads
 from ..protocol.messages import CHUNK_BYTES, ErrorCode, MessageType
-from ..protocol.payloads import UpdateProgress, UpdateState
+from ..protocol.payloads import Trial, UpdateProgress, UpdateState
 from ..protocol.refusals import failed_update
 from .base import Progress
 from .firmware_image import FirmwareImage
@@ -50,6 +50,16 @@ def write_firmware(link: Link, image: FirmwareImage, progress: Progress | None) 
         _upload(link, image.program, progress)
         reply = _ask(link, MessageType.WRITE)
     _wait(link, reply, progress)
+
+
+def ask_trial(link: Link, limit_s: float = 0.0) -> Trial:
+    """Return what has become of the newest firmware; wait for at most `limit_s` while it is on trial."""
+    give_up_at = time.monotonic() + limit_s
+    while True:
+        trial = _ask(link, MessageType.PROGRESS).trial
+        if trial != Trial.RUNNING or time.monotonic() >= give_up_at:
+            return Trial(trial) if trial in set(Trial) else Trial.UNKNOWN
+        link.idle(_POLL_S)
 
 
 def _ask(link: Link, kind: MessageType, payload: bytes = b"") -> UpdateProgress:

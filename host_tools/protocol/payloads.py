@@ -196,8 +196,8 @@ class UpdateProgress:
     @classmethod
     def unpack(cls, payload: bytes) -> UpdateProgress:
         """Return the progress of a payload; raise ProtocolError if it is too short."""
-        state, failure, trial, _, *numbers = _unpack(_PROGRESS, payload, "progress of an update")
-        return cls(state, failure, *numbers, trial)
+        state, failure, trial, _, done, total, room = _unpack(_PROGRESS, payload, "progress of an update")
+        return cls(state, failure, done, total, room, trial)
 
 
 def pack_update(length: int, crc: int) -> bytes:

@@ -28,11 +28,11 @@ UNPIPELINED_HZ = 60000000
 # Turning the bus from reading to writing and back costs ten clocks: let each side finish its burst.
 SDR_SETTINGS = ControllerSettings(read_time=256, write_time=128)
 
-# Images of the firmware in flash: the boot program starts the first good one.
+# Images of the firmware in flash: the boot program starts a good one.
 FLASH_IMAGES      = 2
 FLASH_IMAGE_BYTES = 256*1024
 
-# Records of the firmware in flash, after its images: eight kinds, two copies of 20 KiB each (`records.h` of the firmware).
+# Records of the firmware in flash, after its images: eight kinds, two copies of 20 KiB each; see its `records.h`.
 FLASH_RECORDS_BYTES = 8*2*20*1024
 
 # Clock domain of a matcher with a separate clock.

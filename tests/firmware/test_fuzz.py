@@ -20,10 +20,10 @@ pytestmark = pytest.mark.skipif(not shutil.which("clang"), reason="no clang: .ci
 SECONDS, FEW_SECONDS = int(os.environ.get("LITESTEREO_FUZZ_SECONDS", "60")), 5
 
 #: Executions in a second that are the least to be expected of a busy computer.
-SLOWEST = {"cobs": 500, "message": 500, "pool": 500, "session": 50}
+SLOWEST = {"cobs": 500, "message": 500, "pool": 500, "records": 20, "session": 50}
 
 #: Edges that the corpus reaches by itself, so that a target which stopped short is seen.
-EDGES = {"cobs": 65, "message": 45, "pool": 200, "session": 750}
+EDGES = {"cobs": 65, "message": 45, "pool": 200, "records": 215, "session": 750}
 
 
 @pytest.mark.parametrize("target", TARGETS)

@@ -12,9 +12,10 @@ import struct
 import zlib
 
 
-def image(length: int = 5000, version: int = 0x0102, name: str = "LiteStereo", soc: int = 0) -> bytes:
+def image(length: int = 5000, version: int = 0x0102, name: str = "LiteStereo", soc: int = 0,
+          confirms: bool = True) -> bytes:
     """An image for the native device, unless it is for another: its program has `length` bytes."""
-    tag     = struct.pack("<4sIII16s", b"LSFW", soc, version, 0, name.encode())
+    tag     = struct.pack("<4sIII16s", b"LSFW", soc, version, confirms, name.encode())
     program = random.Random(length).randbytes(length - len(tag)) + tag
     return with_header(program)
 

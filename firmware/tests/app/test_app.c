@@ -275,6 +275,17 @@ static void test_wrong_gateware(void)
     fake_stereo.max_disparities = 64;
 }
 
+/* A firmware that cannot start does not wait for ever: it is reset after a second. */
+static void test_give_up(void)
+{
+    uint64_t began;
+
+    boot();
+    began = now;
+    app_give_up();
+    REQUIRE(resets == 1 && last_reset == RESET_START && now - began >= 1000000 && now - began < 1010000);
+}
+
 int main(void)
 {
     make_memory();
@@ -292,5 +303,6 @@ int main(void)
     test_reset();
     test_ensure();
     test_wrong_gateware();
+    test_give_up();
     return 0;
 }

@@ -128,6 +128,85 @@ static void test_update(void)
     fake_flash.present = false;
 }
 
+/* A start of the firmware from image 1, which is on trial. */
+static void boot_on_trial(void)
+{
+    uint8_t        firmware[100] = {1};
+    trial_record_t record = {.state = TRIAL_RUNNING, .image = 1, .crc32 = crc32_update(0, firmware, sizeof(firmware))};
+
+    fake_flash_reset();
+    fake_flash_put_image(0x140000, firmware, sizeof(firmware));
+    found_reset = (reset_report_t){0};
+    boot();
+    REQUIRE(records_write(&app.records, RECORD_TRIAL, &record, sizeof(record)) == STATUS_OK);
+    found_reset = (reset_report_t){.cause = RESET_REQUESTED, .image = 2};
+    boot();
+    REQUIRE(trial_state(&app.trial) == TRIAL_RUNNING && app.trial.here);
+    REQUIRE_TYPE("info\r", "newest firmware: on trial\r\n");
+    forgotten_starts = 0;
+}
+
+static void require_confirmed(void)
+{
+    for (int polls = 0; trial_status(&app.trial) == STATUS_BUSY; polls++) {
+        REQUIRE(polls < 100);
+        app_poll(&app);
+    }
+    REQUIRE(trial_state(&app.trial) == TRIAL_CONFIRMED && forgotten_starts == 1);
+    boot();
+    REQUIRE_TYPE("info\r", "newest firmware: confirmed\r\n");
+    REQUIRE_TYPE("confirm\r", "confirm: no firmware is on trial\r\n");
+}
+
+/* A firmware on trial is confirmed by the console, by a session, or by a minute of the main loop. */
+static void test_trial(void)
+{
+    boot_on_trial();
+    REQUIRE_TYPE("confirm\r", "confirm: done\r\n");
+    require_confirmed();
+    boot_on_trial();
+    fake_frame_link.version = FRAME_LINK_VERSION;
+    fake_frame_link.send    = send_nothing;
+    boot();
+    for (int polls = 0; polls < 100; polls++) {
+        app_poll(&app);
+    }
+    post(TYPE_STATISTICS, 0, NULL, 0);
+    REQUIRE(trial_state(&app.trial) == TRIAL_RUNNING);
+    post(TYPE_HELLO, 0, (const uint8_t *)"abcd", 4);
+    REQUIRE(trial_state(&app.trial) == TRIAL_CONFIRMED);
+    require_confirmed();
+    fake_frame_link.version = 0;
+    boot_on_trial();
+    now += 59900000;
+    app_poll(&app);
+    REQUIRE(trial_state(&app.trial) == TRIAL_RUNNING);
+    now += 200000;
+    app_poll(&app);
+    REQUIRE(trial_state(&app.trial) == TRIAL_CONFIRMED);
+    require_confirmed();
+    /* The old firmware, after the new one has failed. */
+    boot_on_trial();
+    found_reset.image = 1;
+    boot();
+    REQUIRE_TYPE("info\r", "newest firmware: failed on trial\r\n");
+    REQUIRE_TYPE("confirm\r", "confirm: no firmware is on trial\r\n");
+    for (int polls = 0; trial_status(&app.trial) == STATUS_BUSY; polls++) {
+        REQUIRE(polls < 100);
+        app_poll(&app);
+    }
+    REQUIRE(forgotten_starts == 1);
+    found_reset.image = 0;
+    boot();
+    REQUIRE(trial_state(&app.trial) == TRIAL_FELL_BACK && strcmp(trial_state_name((trial_state_t)9), "?") == 0);
+    /* Without a flash nothing is tried. */
+    fake_flash.present = false;
+    boot();
+    REQUIRE_TYPE("confirm\r", "confirm: no firmware is on trial\r\n");
+    REQUIRE(trial_record(&app.trial, TRIAL_CONFIRMED, 0, 0) == STATUS_UNSUPPORTED);
+    found_reset = (reset_report_t){0};
+}
+
 /* The reply to RESTART has a tenth of a second to be sent. */
 static void test_restart(void)
 {
@@ -153,6 +232,7 @@ int main(void)
     test_udp();
     test_udp_session();
     test_update();
+    test_trial();
     test_restart();
     return 0;
 }

@@ -20,7 +20,7 @@ from litestereo.host_tools.devices.firmware_image import read_firmware
 from litestereo.host_tools.link.settings import LinkSettings
 from litestereo.host_tools.protocol import payloads
 from litestereo.host_tools.protocol.messages import ErrorCode, MessageType
-from litestereo.host_tools.protocol.payloads import UpdateProgress, UpdateState
+from litestereo.host_tools.protocol.payloads import Trial, UpdateProgress, UpdateState
 from support.command import error_line, run
 from support.expected import expected_map
 from support.fault_proxy import Faults, proxied
@@ -56,7 +56,7 @@ def test_update(link, length):
             assert device.info().firmware_version == "1.2"
     chunks = -(-length // 1024)
     assert [step for step in steps if step[0] == "upload"][-1] == ("upload", chunks, chunks)
-    assert steps[-1] == ("write", 6*(length + 8), 6*(length + 8))
+    assert steps[-1] == ("write", 3*(length + 8), 3*(length + 8))
 
 
 def test_no_restart():
@@ -66,6 +66,44 @@ def test_no_restart():
             assert device.update_firmware(image(), restart=False).firmware_version == "0.1"
         assert device.update_firmware(image()).firmware_version == "1.2"
         assert device.update_firmware(image(version=0x0203)).firmware_version == "2.3"
+
+
+@pytest.mark.parametrize("link", ["tcp", "udp"])
+def test_a_firmware_is_tried(link):
+    """The session confirms it; until then it is on trial."""
+    with native_url(link) as url:
+        with connect(url) as device:
+            assert device.trial() == Trial.UNKNOWN
+            device.update_firmware(image(), restart=False)
+            assert device.trial() == Trial.RUNNING
+            # A second firmware replaces the one that waits.
+            device.update_firmware(image(version=0x0203), restart=False)
+            assert device.update_firmware(image(version=0x0304)).firmware_version == "3.4"
+            assert device.trial() == Trial.CONFIRMED
+        with connect(url) as device:
+            assert device.info().firmware_version == "3.4"
+            assert "newest firmware: confirmed" in device.console("info") if link == "tcp" else True
+            device.update_firmware(image(confirms=False), restart=False)
+            assert device.trial() == Trial.CONFIRMED
+
+
+@pytest.mark.parametrize("link", ["tcp", "udp"])
+def test_a_firmware_that_fails(link, tmp_path, capfd):
+    """The old one is back, also after another restart, and takes another update."""
+    path = tmp_path / "firmware.bin"
+    path.write_bytes(image())
+    with native_url(link, "--bad-updates") as url:
+        for _ in range(2):
+            assert run("update", path, "--device", url) == 1
+            line = error_line(capfd)
+            assert "firmware 1.2 did not work" in line and "runs firmware 0.1 again" in line
+        with connect(url) as device:
+            with pytest.raises(DeviceError, match="did not work"):
+                device.update_firmware(image(version=0x0203))
+            assert device.info().firmware_version == "0.1"
+            assert device.trial() == Trial.FELL_BACK
+            # One that is not tried is started in any case.
+            assert device.update_firmware(image(confirms=False)).firmware_version == "1.2"
 
 
 def test_a_settings_change_survives_the_restart():
@@ -199,14 +237,14 @@ def test_command(link, tmp_path, capfd):
     path.write_bytes(image())
     with native_url(link) as url:
         assert run("update", path, "--device", url, "--no-restart") == 0
-        assert capfd.readouterr() == ("LiteStereo: firmware 0.1 -> 1.2, which starts at its next restart\n", "")
+        assert capfd.readouterr() == ("LiteStereo: firmware 0.1 -> 1.2, which is tried at its next restart\n", "")
         assert run("update", path, "--device", url) == 0
-        assert capfd.readouterr() == ("LiteStereo: firmware 0.1 -> 1.2\n", "")
+        assert capfd.readouterr() == ("LiteStereo: firmware 0.1 -> 1.2, confirmed\n", "")
         path.write_bytes(image(version=3))
         assert run("update", path, "--device", url, "--json") == 0
         printed = json.loads(capfd.readouterr().out)
         assert printed == {"device": "LiteStereo", "url": url, "before": "1.2", "after": "0.3", "bytes": 5000,
-                           "restarted": True}
+                           "restarted": True, "trial": "confirmed"}
         assert run("info", "--device", url) == 0
         out = capfd.readouterr().out
         assert "firmware 0.3" in out and "update" in out
