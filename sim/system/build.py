@@ -117,6 +117,27 @@ def build_example(soc: Path, name: str) -> Path:
     return _build_program(soc, FIRMWARE_DIR / "Makefile", name, f"APP=examples/{name}.c") / f"{name}.bin"
 
 
+def build_program(soc: Path, source: Path, *arguments: str) -> Path:
+    """Build a program for a SoC that `build_soc` built; return the path of its binary.
+
+    Parameters
+    ----------
+    soc
+        Output folder of `build_soc`.
+    source
+        The program, in `firmware/`.
+    arguments
+        Variables for make, such as `CONFIRMS=1`.
+
+    Raises
+    ------
+    SimulationError
+        The build failed.
+    """
+    name = source.stem
+    return _build_program(soc, FIRMWARE_DIR / "Makefile", name, f"APP={source}", *arguments) / f"{name}.bin"
+
+
 def _build_program(soc: Path, makefile: Path, name: str, *arguments: str) -> Path:
     def build(folder: Path) -> None:
         _run(["make", "-C", str(folder), "-f", str(makefile), f"BUILD_DIR={soc}", *arguments], folder,
