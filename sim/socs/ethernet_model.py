@@ -14,10 +14,10 @@ from liteeth.common import eth_phy_description
 # Ethernet PHY Model -------------------------------------------------------------------------------
 
 class EthernetPHYModel(LiteXModule):
-    """PHY of the simulation: a byte per clock of the wire, without preamble and CRC; a frame is a run of valid bytes.
+    """PHY of the simulation: a byte per clock of the wire, without preamble and CRC; a frame is a row of valid bytes.
 
-    As LiteEthPHYModel, but on a clock of its own, as a real wire has. The reset of `sys` holds both sides of the
-    crossings, as it has to.
+    Like LiteEthPHYModel, but with a clock apart from the system's, as a real wire has. The reset of `sys` resets both
+    sides of the clock crossings, as they require.
     """
     dw                = 8
     with_preamble_crc = False

@@ -15,7 +15,7 @@ DISABLE      = 0x04
 STATUS       = 0x05
 ID           = 0x9f
 
-JEDEC_ID     = 0xef4018 # Of a chip that all boards' images fit in.
+JEDEC_ID     = 0xef4018 # Size of a chip that holds the images of every board.
 SECTOR_BYTES = 4096
 
 def flash_model_bytes(used_bytes):
@@ -25,19 +25,19 @@ def flash_model_bytes(used_bytes):
 # Flash Model --------------------------------------------------------------------------------------
 
 class FlashModel(LiteXModule):
-    """A SPI flash of the simulation, at pads as `SPIMaster` wants them: it is read, erased by sectors and programmed by
-    pages.
+    """SPI flash of the simulation, at pads as `SPIMaster` wants them: it is read, erased by sector and programmed by
+    page.
 
-    Its contents repeat every `size` bytes: address 0 is wherever the board's first image is. The pins are looked at in
-    `sys`, whose CPU drives them, so an edge is never missed. For its contents and what it is at to outlive a reset of
-    the SoC, it needs a clock domain without one: see `ClockDomainsRenamer`.
+    Its contents repeat every `size` bytes, so address 0 is the start of the board's first image. The pins are sampled
+    in `sys`, whose CPU drives them, so no edge is missed. Its contents and its state survive a reset of the SoC only in
+    a clock domain without a reset: see `ClockDomainsRenamer`.
 
     Parameters
     ----------
     size : int
         Bytes, a power of 2.
     program_clocks, erase_clocks : int
-        Clocks for which it is busy with a page, and with a sector.
+        Clocks for which it is busy programming a page, and erasing a sector.
     """
     def __init__(self, size, program_clocks=700, erase_clocks=45000):
         self.clk  = Signal()
@@ -47,7 +47,7 @@ class FlashModel(LiteXModule):
 
         # # #
 
-        # First contents, for the memory to load its file.
+        # With contents from the start, the memory loads its file.
         memory = Memory(32, size//4, init=[0], name="flash")
         port   = memory.get_port(write_capable=True, async_read=True)
         self.specials += memory, port
@@ -56,7 +56,7 @@ class FlashModel(LiteXModule):
         cs_n_before = Signal()
         rising      = Signal()
         falling     = Signal()
-        left        = Signal() # The end of a command.
+        deselected  = Signal() # Chip select rises: the command ends.
         self.sync += [
             clk_before.eq(self.clk),
             cs_n_before.eq(self.cs_n),
@@ -64,16 +64,16 @@ class FlashModel(LiteXModule):
         self.comb += [
             rising.eq( ~self.cs_n &  self.clk & ~clk_before),
             falling.eq(~self.cs_n & ~self.clk &  clk_before),
-            left.eq(self.cs_n & ~cs_n_before),
+            deselected.eq(self.cs_n & ~cs_n_before),
         ]
 
-        # Command and address; what comes behind them.
-        bits     = Signal(6)                # Of both; 33 when the first bit behind them has been shown.
+        # Command, address, and the data after them.
+        bits     = Signal(6)                # Bits of both received; 33 once the first bit of data is shown.
         command  = Signal(8)
-        position = Signal(log2_int(size*8)) # Bit that is shown, the highest one of a byte first.
-        data     = Signal(8)                # To be programmed.
-        count    = Signal(3)                # Bits of it.
-        bytes_in = Signal()                 # There has been a whole byte of it.
+        position = Signal(log2_int(size*8)) # Bit that is shown, most significant first.
+        data     = Signal(8)                # Byte to be programmed.
+        count    = Signal(3)                # Bits of `data` received.
+        bytes_in = Signal()                 # A whole byte was received.
         byte_end = Signal()
         busy     = Signal(max=erase_clocks + 1)
         enabled  = Signal()
@@ -94,18 +94,18 @@ class FlashModel(LiteXModule):
                 count.eq(count + 1),
                 If(byte_end & (command == PROGRAM),
                     bytes_in.eq(1),
-                    # It does not leave its page.
+                    # The address wraps around within its page.
                     position[3:11].eq(position[3:11] + 1)
                 )
             ).Elif(falling & (bits == 32),
-                # The first bit comes with the falling edge behind the last one of the address.
+                # The first bit of data follows the falling edge after the last bit of the address.
                 bits.eq(33)
             ).Elif(falling & (bits == 33) & (command == READ),
                 position.eq(position + 1)
             )
         ]
 
-        # What it shows.
+        # Output.
         status = Signal(8)
         reply  = Signal(24)
         self.comb += [
@@ -125,10 +125,10 @@ class FlashModel(LiteXModule):
             )
         )
 
-        # What changes it.
+        # Erase and program.
         erasing    = Signal()
         erase_word = Signal(log2_int(size//4))
-        zeros      = Signal(32) # Of the byte that is programmed, at its place in the word.
+        zeros      = Signal(32) # Zeros of the byte to be programmed, at its place in the word.
         self.comb += [
             zeros.eq((~Cat(self.mosi, data[:-1]) & 0xff) << Cat(0, 0, 0, position[3:5])),
             If(erasing,
@@ -144,7 +144,7 @@ class FlashModel(LiteXModule):
         self.sync += [
             If(busy != 0,
                 busy.eq(busy - 1)
-            ).Elif(left,
+            ).Elif(deselected,
                 If((command == ENABLE) & (bits == 8),
                     enabled.eq(1)
                 ).Elif((command == DISABLE) & (bits == 8),

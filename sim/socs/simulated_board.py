@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""A board's SoC in litex_sim: its preset, its kind and width of RAM, its boot from flash; pins and clocks swapped."""
+"""A board's SoC in litex_sim: its preset, kind and width of RAM, and boot from flash; pins and clocks are simulated."""
 
 import json
 import os
@@ -28,7 +28,7 @@ from .video_model            import VideoPHYModel
 # Simulated Board ----------------------------------------------------------------------------------
 
 def simulated(board):
-    """Class of the simulated SoC of a board."""
+    """Return the class of a board's simulated SoC."""
     base = soc_class(board)
 
     class SimulatedBoard(base):
@@ -46,23 +46,23 @@ def simulated(board):
             return self.sdrphy
 
         def make_ethernet_phy(self):
-            # The simulator's module wants its pads even if the board has no Ethernet.
+            # The simulator's module needs its pads even if the board has no Ethernet.
             pads = self.platform.request("eth_clk"), self.platform.request("eth")
             return EthernetPHYModel(*pads) if base.make_ethernet_phy is not BoardSoC.make_ethernet_phy else None
 
         def make_video_phy(self):
-            # As many clocks to a pixel as on the board, for the frame buffer to ask the memory for as much.
+            # As many clocks per pixel as on the board, so that the frame buffer reads memory at the same rate.
             return VideoPHYModel(self.platform.request("video"), PIXEL_DOMAIN,
                 round(self.preset.sys_clk_freq/PIXEL_HZ))
 
         def make_flash_pads(self):
-            # A reset of the SoC is none of the flash.
+            # A reset of the SoC does not reset the flash.
             return ClockDomainsRenamer("por")(FlashModel(flash_model_bytes(
                 self.flash_images*self.flash_image_bytes + self.flash_records_bytes)))
 
         @staticmethod
         def sim_config():
-            """As of the other simulated SoCs; with a screen, what it shows goes to a file."""
+            """Return the configuration of litex_sim; a screen's pictures go to a file."""
             config = SimulatedSoC.sim_config()
             if base.preset.matcher_hz:
                 config.add_clocker("matcher_clk", freq_hz=MATCHER_CLK_FREQ)
@@ -75,7 +75,7 @@ def simulated(board):
 # Build --------------------------------------------------------------------------------------------
 
 def build(board, output_dir, modules_dir):
-    """Build simulator and libraries of a board; see `soc.simulation.build`."""
+    """Build the simulator and the libraries of a board; see `soc.simulation.build`."""
     soc          = simulated(board)()
     builder      = StereoBuilder(soc, output_dir)
     modules_copy = os.path.join(output_dir, "modules")

@@ -30,19 +30,19 @@ from .ethernet_model          import EthernetPHYModel
 from .matcher                 import MATCHER
 from .simulator               import build_simulator
 
-MAIN_RAM_BYTES = 8*1024*1024 # As the SDRAM of a Colorlight i5.
+MAIN_RAM_BYTES = 8*1024*1024 # The size of a Colorlight i5's SDRAM.
 FLASH_ORIGIN   = 0x3000_0000
 FLASH_BYTES    = 256*1024
 
-# One simulated second is a million clocks: the firmware's time-outs, in seconds, then fit the simulation's pace.
+# A simulated second is a million clocks, so that the firmware's timeouts, in seconds, fit the pace of the simulation.
 SYS_CLK_FREQ = int(1e6)
 RESET_CLOCKS = 64
 
-# Of a matcher with a clock of its own. The simulator takes a step at each multiple of all half periods' largest common
-# divisor.
+# Frequency of a separate matcher clock. The simulator steps at each multiple of the greatest common divisor of all
+# half periods.
 MATCHER_CLK_FREQ = 2*SYS_CLK_FREQ
 
-# Pads of a stream of bytes each way, as litex_sim's modules know them.
+# Pads of a byte stream in each direction, as litex_sim's modules name them.
 BYTES = [Subsignal(f"{side}_{name}", Pins(bits)) for side in ("source", "sink")
     for name, bits in [("valid", 1), ("ready", 1), ("data", 8)]]
 
@@ -60,9 +60,9 @@ IO = [
 # Clock --------------------------------------------------------------------------------------------
 
 class SimulatedCRG(LiteXModule):
-    """The clock of the simulator, with a reset at power-up and on `rst`, long enough for the wire's clock to see it."""
+    """The simulator's clock, with a reset at power-up and on `rst`, long enough for the wire's clock domain."""
     def __init__(self, clk):
-        self.rst    = Signal() # From the SoC's reset register and its watchdog.
+        self.rst    = Signal() # Driven by the SoC's reset register and its watchdog.
         self.cd_sys = ClockDomain()
         self.cd_por = ClockDomain(reset_less=True)
 
@@ -77,7 +77,7 @@ class SimulatedCRG(LiteXModule):
         ]
 
     def add_matcher(self, clk):
-        """A clock of the matcher's own; the reset of `sys` holds it too, for some clocks longer."""
+        """Give the matcher a separate clock; the reset of `sys` resets it too, for some clocks longer."""
         self.cd_matcher = ClockDomain()
         self.specials += MultiReg(self.cd_sys.rst, self.cd_matcher.rst, "matcher")
         self.comb     += self.cd_matcher.clk.eq(clk)
@@ -85,7 +85,7 @@ class SimulatedCRG(LiteXModule):
 # Simulated SoCs -----------------------------------------------------------------------------------
 
 class SimulatedSoC(StereoSoC):
-    """What both simulated SoCs share: clocks from the simulator, UART and Ethernet as byte streams."""
+    """What both simulated SoCs share: clocks from the simulator, and UART and Ethernet as byte streams."""
     def __init__(self, name, **kwargs):
         StereoSoC.__init__(self, SimPlatform("SIM", IO), SYS_CLK_FREQ, name=name, uart_name="sim", **kwargs)
         self.comb += self.platform.trace.eq(0)
@@ -99,7 +99,7 @@ class SimulatedSoC(StereoSoC):
 
     @staticmethod
     def sim_config():
-        """Configuration of litex_sim: the clocks, and the UART and Ethernet on sockets."""
+        """Return the configuration of litex_sim: the clocks, and the UART and Ethernet on sockets."""
         config = SimConfig()
         config.add_clocker("sys_clk", freq_hz=SYS_CLK_FREQ)
         config.add_clocker("eth_clk", freq_hz=SYS_CLK_FREQ)
@@ -108,38 +108,38 @@ class SimulatedSoC(StereoSoC):
         return config
 
 class IntegratedRAMSoC(SimulatedSoC):
-    """Main memory on chip, with a DMA side of its own; the CPU starts the firmware in it, there is no BIOS."""
+    """SoC with on-chip main memory, with a separate port for DMA; the CPU starts the firmware there, without BIOS."""
     def __init__(self, **kwargs):
         SimulatedSoC.__init__(self, "sim-ram",
             integrated_rom_size = 0,
             cpu_reset_address   = self.mem_map["main_ram"],
             **kwargs)
-        # LiteX builds software for SoCs with a ROM: build it, but no BIOS.
+        # LiteX builds libraries only for SoCs with a ROM: build them here, but no BIOS.
         self.cpu.use_rom                = True
         self.integrated_rom_initialized = True
 
     def add_main_memory(self):
-        # A first word makes the memory load its file; the firmware comes in there.
+        # A first word makes the memory load its file, which holds the firmware.
         self.main_ram = WideRAM(MAIN_RAM_BYTES, init=[0])
         self.bus.add_slave("main_ram", self.main_ram.bus,
             SoCRegion(origin=self.mem_map["main_ram"], size=MAIN_RAM_BYTES, mode="rwx"))
         return self.main_ram
 
 class SDRAMSoC(SimulatedSoC):
-    """Main memory in SDRAM; LiteX's BIOS starts it and copies the firmware there from flash, as on a board."""
+    """SoC with SDRAM as main memory; LiteX's BIOS copies the firmware there from flash and starts it, as on a board."""
     def __init__(self, **kwargs):
-        # Long bursts: after each one the chip changes its row.
+        # Long bursts, because the chip changes its row after each.
         SimulatedSoC.__init__(self, "sim-sdram", integrated_rom_size=64*1024, burst_bytes=256, **kwargs)
 
     def add_main_memory(self):
         # The chip's timing at 60 MHz, the clock of the board.
         module      = M12L64322A(int(60e6), "1:1")
         self.sdrphy = SDRAMPHYModel(module, data_width=32, clk_freq=int(60e6))
-        # Turning the bus from reading to writing and back costs ten clocks: let each side finish its burst.
+        # A bus that turns from reading to writing and back costs ten clocks: let each side finish its burst.
         settings = ControllerSettings(read_time=256, write_time=128)
         self.add_sdram("sdram", phy=self.sdrphy, module=module, size=MAIN_RAM_BYTES, l2_cache_size=0,
             controller_settings=settings)
-        # A short memory test: each word of it is seconds of simulation.
+        # A short memory test: each word costs seconds of simulation.
         self.add_constant("MEMTEST_DATA_SIZE", 4*1024)
         self.add_constant("MEMTEST_ADDR_SIZE", 4*1024)
         self.add_ram("flash", origin=FLASH_ORIGIN, size=FLASH_BYTES, contents=[0], mode="rx")
@@ -151,7 +151,7 @@ SOCS = {"integrated-ram": IntegratedRAMSoC, "sdram": SDRAMSoC}
 # Build --------------------------------------------------------------------------------------------
 
 def generate(memory, output_dir, modules_dir):
-    """Write the sources of a simulator, and build the libraries for its firmware; returns the folder of its gateware.
+    """Write the sources of a simulator and build the libraries for its firmware; return the folder of its gateware.
 
     Parameters
     ----------
@@ -160,11 +160,11 @@ def generate(memory, output_dir, modules_dir):
     output_dir : str
         LiteX's output folder.
     modules_dir : str
-        Sources of our litex_sim modules.
+        Sources of this project's litex_sim modules.
     """
     soc     = SOCS[memory](parameters=MATCHER)
     builder = StereoBuilder(soc, output_dir, bios=not soc.integrated_rom_initialized)
-    # LiteX writes a makefile into the folder of additional modules: give it a copy.
+    # LiteX writes a makefile into the folder of additional modules: give it a copy of that folder.
     modules_copy = os.path.join(output_dir, "modules")
     shutil.copytree(modules_dir, modules_copy)
     builder.build(

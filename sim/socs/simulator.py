@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""LiteX's simulator of a SoC, built sooner and faster than LiteX does."""
+"""LiteX's simulator of a SoC, built faster than LiteX does, and optimized for speed."""
 
 import os
 import shutil
@@ -14,8 +14,8 @@ from ..cores.verilated import COMPILATION
 
 HERE = Path(__file__).resolve().parent
 
-# Variables of the makefile of LiteX's simulators: nothing is traced, the model is in few files, which share a large
-# header, and of LiteX's modules there are those that we use: see `WIRES` of sim/system/simulation.py.
+# Variables for the makefile of LiteX's simulators: no trace, the model in few files, because they share a large header,
+# and only those of LiteX's modules that are used: see `WIRES` in sim/system/simulation.py.
 SIMULATOR = {
     "SRCS_SIM_CPP": "sim_init.cpp litex_model.cpp",
     "INC_DIR":      "--no-trace --output-split 20000 --output-split-cfuncs 20000",
@@ -23,15 +23,15 @@ SIMULATOR = {
 }
 
 def build_simulator(gateware_dir):
-    """Run LiteX's script of a simulator.
+    """Run LiteX's build script of a simulator, with other variables.
 
-    By itself it starts g++ for each file, all at once, and they optimize for size.
+    Without them it starts g++ for every file at once, and optimizes for size.
     """
     shutil.copy(HERE / "litex_model.cpp", gateware_dir)
     variables   = [*COMPILATION, *map("=".join, SIMULATOR.items())]
     environment = os.environ | {
         "JOBS":      str(os.cpu_count()),
-        # As make itself hands variables on.
+        # The variable in which make passes variables on.
         "MAKEFLAGS": " -- " + " ".join(variable.replace(" ", "\\ ") for variable in variables),
     }
     subprocess.run(["bash", "build_sim.sh"], cwd=gateware_dir, check=True, env=environment)

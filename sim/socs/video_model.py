@@ -15,16 +15,16 @@ from ...gateware.common.parameters import check
 # Video PHY Model ----------------------------------------------------------------------------------
 
 class VideoPHYModel(LiteXModule):
-    """PHY of the simulation: what an HDMI PHY would encode, as it is, and the clock of the pixels.
+    """PHY of the simulation: passes on, not encoded, what an HDMI PHY would encode, and makes the pixel clock.
 
     Parameters
     ----------
     pads
         `clk`, `de`, `hsync`, `vsync`, and 8 bits each of `r`, `g` and `b`.
     domain : str
-        Clock domain of the pixels, created here.
+        Clock domain of the pixels, which the PHY creates.
     clocks_per_pixel : int
-        Clocks of `sys` in one of the pixels, 2 at least.
+        Clocks of `sys` per pixel clock, at least 2.
     """
     def __init__(self, pads, domain, clocks_per_pixel):
         check(clocks_per_pixel >= 2, "clocks_per_pixel must be at least 2.")
@@ -34,7 +34,7 @@ class VideoPHYModel(LiteXModule):
 
         # # #
 
-        # It goes on while `sys` is in reset, for the pixels' side to see that.
+        # It runs while `sys` is in reset, so that the pixel clock domain sees the reset.
         count = Signal(max=clocks_per_pixel)
         self.sync.count += [
             count.eq(count + 1),
@@ -45,7 +45,7 @@ class VideoPHYModel(LiteXModule):
             cd_count.clk.eq(ClockSignal("sys")),
             cd_pixels.clk.eq(pads.clk),
             cd_pixels.rst.eq(ResetSignal("sys")),
-            # A monitor does not wait, and takes what there is.
+            # A monitor does not wait: it accepts each pixel as it comes.
             sink.ready.eq(1),
             *(getattr(pads, name).eq(getattr(sink, name)) for name in ("de", "hsync", "vsync", "r", "g", "b")),
         ]

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""`make formal`: prove all there is to prove, print a table; the exit status is 1 if anything fails."""
+"""`make formal`: run all proofs and print a table; the exit status is 1 if one fails."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ from .stream_writer import stream_writer
 
 @dataclass(frozen=True)
 class Task:
-    """A proof and how far it goes: see `decide`."""
+    """A proof and its limits in clocks: see `decide`."""
     name:      str
     make:      Callable[[], Proof]
     clocks:    int
@@ -70,7 +70,7 @@ TASKS = [
 
 
 def main() -> int:
-    """Prove, print, and say whether all went well."""
+    """Run the proofs, print a line for each, and return the exit status."""
     promises = failures = always = 0
     for task in TASKS:
         proof = task.make()

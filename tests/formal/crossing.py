@@ -21,14 +21,15 @@ from .proof import Proof
 from .streams import queue, taken
 
 DEPTH = 4
-MOST  = 3  # Pulses under way.
+MOST  = 3  # Pulses in flight.
 
 
 class OneClock(Module):
-    """A core of two clock domains in one, where each domain moves on in clocks of the solver's choice.
+    """A core of two clock domains in one domain: the solver chooses the clocks in which each of the two advances.
 
-    An edge of one domain between any two of the other is such a choice, so each order of edges is. A Gray pointer that
-    changes while it is sampled is seen as before or as after: as if the edge were behind or before the sample.
+    It can put an edge of one domain between any two edges of the other, so every order of edges is covered. A Gray
+    pointer that changes while it is sampled is seen with its old or its new value: as if the edge came after the
+    sample or before it.
     """
 
     def __init__(self, core: LiteXModule, **enables: Signal) -> None:
@@ -51,7 +52,7 @@ class OneClock(Module):
 
 
 def crossing(make=Crossing) -> Proof:
-    """Items in at edges of one clock, out at edges of the other."""
+    """Prove a stream from one clock to another."""
     core          = make([("data", 2)], "into", "out", depth=DEPTH)
     sink, source  = core.sink, core.source
     into, out     = Signal(), Signal()
@@ -59,7 +60,7 @@ def crossing(make=Crossing) -> Proof:
     proof         = Proof(whole)
     offered, wish = Signal(), Signal()
     proof.free(into, out, offered, wish, sink.data, sink.last)
-    # Both sides see and do something at their edges alone.
+    # Each side samples and drives only at its edges.
     proof.comb += [sink.valid.eq(offered & into), source.ready.eq(wish & out)]
 
     item = Cat(sink.data, sink.last)
@@ -72,7 +73,7 @@ def crossing(make=Crossing) -> Proof:
     proof.prove("what it offers has come in, in order", ~source.valid | ((level != 0) & (shown == items[0])))
     proof.reach("it is full, then empty", (level == 0) & ended(proof, level == DEPTH))
 
-    # How the registers belong together, for the induction: pointers follow each other.
+    # Invariants of the registers, for the induction: each pointer follows the one ahead of it.
     produce, consume = [[counter for _, counter in core._submodules][n] for n in range(2)]
     chain = [pointer(proof, gray) for gray in
              (*reversed(whole.regs[1]), consume.q, *reversed(whole.regs[0]), produce.q)]
@@ -94,7 +95,7 @@ def crossing(make=Crossing) -> Proof:
 
 
 def pulse_crossing(make=PulseCrossing) -> Proof:
-    """Pulses in at edges of one clock, out at edges of the other."""
+    """Prove pulses from one clock to another."""
     core            = make("into", "out", most=MOST)
     into, out, wish = Signal(), Signal(), Signal()
     whole           = OneClock(core, into=into, out=out)
@@ -112,7 +113,7 @@ def pulse_crossing(make=PulseCrossing) -> Proof:
     proof.prove("it comes out after two clocks of its side at most", waits <= 2)
     proof.reach("as many as can be are under way, then none", (level == 0) & ended(proof, level == MOST))
 
-    # How the registers belong together, for the induction.
+    # Invariants of the registers, for the induction.
     come, gone    = [counter for _, counter in core._submodules]
     first, second = whole.regs[0]
     chain         = [pointer(proof, gray) for gray in (gone.q, second, first, come.q)]
@@ -129,21 +130,21 @@ def pulse_crossing(make=PulseCrossing) -> Proof:
 
 
 def pointer(proof: Proof, gray: Signal) -> Signal:
-    """Binary number of a Gray code."""
+    """Return the binary number of a Gray code."""
     binary = Signal(len(gray))
     proof.comb += binary.eq(reduce(xor, (gray[bit:] for bit in range(len(gray)))))
     return binary
 
 
 def distance(proof: Proof, behind: Signal, ahead: Signal) -> Signal:
-    """How far one pointer is ahead of another."""
+    """Return how far one pointer is ahead of another."""
     difference = Signal(len(ahead))
     proof.comb += difference.eq(ahead - behind)
     return difference
 
 
 def ended(proof: Proof, event) -> Signal:
-    """`event` has been."""
+    """Return a Signal that is 1 once `event` has happened."""
     been = Signal()
     proof.sync += If(event, been.eq(1))
     return been

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""LineBuffer: its ring stays within the memory, and gives the pair block_size rows above."""
+"""LineBuffer: its ring stays within the memory, and returns the pair block_size rows above."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ SMALL = MatcherParameters(max_width=32, max_height=15, disparities=16, max_block
 
 
 def line_buffer(make=LineBuffer, most_columns: int = SMALL.max_width, contents: bool = False) -> Proof:
-    """Frames of any size in raster order, with steps that are no pixel and gaps between them.
+    """Prove frames of any size in raster order, with gaps, and with steps that are not pixels.
 
-    With `contents` the pair that comes out is followed through the memory, for as many clocks as are checked.
+    With `contents`, each pair is also followed through the memory, for as many clocks as are checked.
     """
     core  = make(SMALL)
     proof = Proof(core)
@@ -31,10 +31,10 @@ def line_buffer(make=LineBuffer, most_columns: int = SMALL.max_width, contents: 
     proof.comb += core.block_size.eq(block_size)
     proof.assume("the width is legal", (width != 0) & (width <= most_columns))
     proof.assume("the block size is legal", block_size[0] & (block_size >= 5) & (block_size <= SMALL.max_block_size))
-    # The threshold behind the block size is a clock late.
+    # The threshold follows the block size a clock later.
     proof.assume("the first step comes when the core has settled", proof.started | ~sink.valid)
 
-    # Raster: columns and rows, and rows modulo block_size.
+    # Raster: columns, rows, and rows modulo block_size.
     step = sink.valid & sink.pixel
     column = Signal(6)
     row    = Signal(6)
@@ -68,7 +68,7 @@ def line_buffer(make=LineBuffer, most_columns: int = SMALL.max_width, contents: 
     proof.prove("the address stays within the memory", ~step | (current < depth))
     proof.prove("each place is used again block_size rows later", ~step | (current == place))
     proof.reach("the ring is full", row == 6)
-    # For the induction.
+    # Invariants, for the induction.
     proof.prove("the ring's row", inside(core, "ring_row")[0] == ring)
     proof.prove("the first row is the ring's first", (row != 0) | (ring == 0))
     proof.prove("the row is in the ring, the column in the row", (ring < block_size) & (column < width))

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""MapParts: parts that found room leave whole, once and in order; the map never waits."""
+"""MapParts: parts that found room are sent whole, once and in order; the map never waits."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ from .proof import Proof, inside, smaller
 from .streams import counted, feed, queue, sound, stays, stored, taken
 
 PARTS = 2
-CHUNK = 8 # Bytes of a part: two words, four pixels.
+CHUNK = 8 # Bytes of a part: two words, or four pixels.
 
 
 def map_parts(make=MapParts) -> Proof:
-    """Maps of any size, given up at any time; messages are sent whenever the arbiter likes."""
+    """Prove maps of any size, aborted at any time; the arbiter sends messages at any time."""
     core  = smaller(make, CHUNK_BYTES=CHUNK)(parts=PARTS)
     proof = Proof(core)
     sink, source, payload, job = core.sink, core.source, core.payload, core.job
     feed(proof, sink)
     proof.free(core.open, core.close, core.taken, source.ready, payload.ready, *job.flatten())
 
-    # The map under way, counted once more.
+    # Reference count of the current map.
     under = Signal()
     comes = sink.valid & under
     pixel = counted(proof, comes, core.open, 31)
@@ -48,8 +48,8 @@ def map_parts(make=MapParts) -> Proof:
     header = {name: Signal(bits) for name, bits in job.layout}
     proof.sync += If(core.open, [signal.eq(getattr(job, name)) for name, signal in header.items()])
 
-    # Parts with room at their first pixel, until they have been sent or discarded.
-    given = Signal() # What waits was given up.
+    # Parts that found room at their first pixel and are not yet sent or discarded.
+    given = Signal() # The waiting part was aborted.
     drops = given & ~core.taken & core.sending
     kept  = Signal()
     keep  = Signal()
@@ -68,7 +68,7 @@ def map_parts(make=MapParts) -> Proof:
         ),
     ]
 
-    # MessageArbiter takes what was offered until it has been sent, MessageFramer first its payload.
+    # MessageArbiter accepts an offered message until it is sent, MessageFramer accepts its payload first.
     words = Signal(2)
     proof.comb += words.eq((items[0][32:] + 2) >> 2)
     word   = counted(proof, taken(payload), taken(source), 2)
@@ -94,7 +94,7 @@ def map_parts(make=MapParts) -> Proof:
     late = counted(proof, drops, ~given, 2)
     proof.prove("it is discarded soon", late <= PARTS)
 
-    # One word of one map, any one.
+    # One arbitrary word of one arbitrary map.
     which, data, any_map = proof.constant(30), proof.constant(32), proof.port("free_map", 1)
     proof.widths["free_map"] = 1
     marked = Signal()
@@ -117,7 +117,7 @@ def map_parts(make=MapParts) -> Proof:
 
 
 def invariants(proof: Proof, core: MapParts, ghost: SimpleNamespace) -> None:
-    """How the registers belong together, for the induction."""
+    """State the invariants of the registers, for the induction."""
     named = {name: inside(core, name)[0] for name in
              ("active", "place", "omitted", "dropping", "first", "index", "there")}
     own   = {len(signal): signal for name in ("offset", "pixel", "held") for signal in inside(core, name)}
@@ -148,7 +148,7 @@ def invariants(proof: Proof, core: MapParts, ghost: SimpleNamespace) -> None:
     proof.prove("a clock after the offer", ~proof.past(core.source.valid) | proof.past(taken(core.source))
                 | named["there"])
 
-    # The word in memory, wherever its part is.
+    # The word in memory, in any part.
     memory = next(special for special in core._fragment.specials
                   if isinstance(special, Memory) and special.name_override == "map_parts")
     words  = []
@@ -162,7 +162,7 @@ def invariants(proof: Proof, core: MapParts, ghost: SimpleNamespace) -> None:
     proof.comb += port.adr.eq(Cat(named["index"], named["first"]))
     proof.prove("what memory shows is in it", ~named["there"] | (core.payload.data == port.dat_r))
     for n, item in enumerate(items):
-        low  = which[0] & (item[32:] <= 4) # Behind the part's end.
+        low  = which[0] & (item[32:] <= 4) # After the end of the part.
         half = (item[32:] == Mux(which[0], 6, 2))
         proof.prove(f"memory holds the word of part {n}", (n >= level) | ~ghost.marked | (item[3:32] != which[1:]) | low
                     | ((words[n][:16] == data[:16]) & (half | (words[n][16:] == data[16:]))))

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Matcher: the winners' FIFO has room for every result that is under way."""
+"""Matcher: the winners' FIFO has room for every result in flight."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from litestereo.gateware.matcher.matcher import Matcher
 from .proof import Proof, inside
 from .streams import feed, sound, taken
 
-#: Features with stages of up to five clocks: longer ones pass valid on just so, and make the induction slow.
+#: Features with stages of at most five clocks: longer ones delay `valid` in the same way, and slow down the induction.
 FEATURES = {"raw", "left_right", "min_disparity"}
 
 SMALL = MatcherParameters(max_width=32, max_height=15, disparities=16, max_block_size=5, features=FEATURES)
 
 
 def matcher(make=Matcher) -> Proof:
-    """Frames of any settings, and resets at any time; the map is taken when its receiver likes."""
+    """Prove frames of any settings, and resets at any time; the receiver accepts the map at any time."""
     core  = make(SMALL)
     proof = Proof(core)
     feed(proof, core.sink)
@@ -31,23 +31,23 @@ def matcher(make=Matcher) -> Proof:
     fifo = core.fifo
 
     def later(event) -> Signal:
-        """What has been a clock ago, unless a reset forgot it."""
+        """Return a Signal of a clock ago, cleared by a reset."""
         before = Signal()
         proof.sync += before.eq(event & ~core.reset)
         return before
 
     def parts(stages) -> list:
-        """The stages, the engine in its parts."""
+        """Return the stages, with the engine as its parts."""
         return [part for stage in stages for part in (stage.pipeline() if stage is core.engine else [stage])]
 
-    # Results under way: one for each complete step of the raster, until it is in the FIFO.
+    # Results in flight: one for each complete step of the raster, until it is in the FIFO.
     source = core.raster.source
     under  = [source.valid & source.complete]
     proof.assume("a result has a cost, as Raster is proven", ~under[0] | source.cost)
     for stage in parts(core.pipeline()[1:]):
         for _ in range(stage.latency):
             under.append(later(under[-1]))
-        # After the last stage there are results alone.
+        # After the last stage each valid item is a result.
         complete, cost = (1, 1) if stage is core.selection else (stage.source.complete, stage.source.cost)
         result = stage.source.valid & complete
         proof.prove(f"{type(stage).__name__} passes each on, once", (result == under[-1]) & (~result | cost))
@@ -58,7 +58,7 @@ def matcher(make=Matcher) -> Proof:
     proof.prove("each comes from the pipeline", fifo.sink.valid == under[-1])
     proof.reach("a result comes out", taken(fifo.source))
 
-    # For the induction.
+    # Invariants, for the induction.
     step  = inside(core.raster, "step")[0]
     used  = max(inside(core, "used"), key=len)
     coming, shown = later(step), Signal()

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Wishbone: what a slave may do, and what a master owes to it."""
+"""Wishbone: what a slave may do, and what a master must do."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from migen import Cat, Signal
 from .proof import Proof
 from .streams import counted
 
-#: Bytes of the port's words, in all proofs.
+#: Bytes per word of the port, in all proofs.
 WORD = 4
 
 
 def port() -> wishbone.Interface:
-    """A port with few address bits: the arithmetic is the same, the solver faster."""
+    """Return a port with few address bits: the arithmetic is the same, and the solver is faster."""
     return wishbone.Interface(data_width=8*WORD, address_width=32, addressing="word")
 
 
 def slave(proof: Proof, bus: wishbone.Interface) -> Signal:
-    """A slave that answers when it likes, with data or an error; returns whether it answers."""
+    """Add a slave that answers at any time, with data or an error; return whether it answers."""
     proof.free(bus.ack, bus.err, bus.dat_r)
     answer = Signal()
     proof.comb += answer.eq(bus.ack | bus.err)
@@ -32,7 +32,7 @@ def slave(proof: Proof, bus: wishbone.Interface) -> Signal:
 
 
 def master(proof: Proof, bus: wishbone.Interface, answer: Signal) -> None:
-    """A request stays as it is until it is answered, and is of whole words."""
+    """Prove that a request is stable until it is answered, and is of whole words."""
     request = Cat(bus.cyc, bus.stb, bus.we, bus.adr, bus.dat_w, bus.sel)
     before  = Signal(len(request))
     waiting = Signal()
@@ -43,9 +43,9 @@ def master(proof: Proof, bus: wishbone.Interface, answer: Signal) -> None:
 
 def in_order(proof: Proof, bus: wishbone.Interface, answer: Signal, base: Signal, words, begin,
              bits: int = 16) -> Signal:
-    """The block's words are asked for from its first one up, each once, none outside; returns how many were answered.
+    """Prove that a block's words are requested in order, each once, and none outside; return how many are answered.
 
-    `words` is how many there are; the count has `bits`.
+    `words` is the length of the block; the count has `bits`.
     """
     count = counted(proof, bus.stb & answer, begin, bits)
     index = Signal(30)

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""MessageBuffer: messages come out whole, and no word that waits is written over."""
+"""MessageBuffer: messages come out whole, and no waiting word is overwritten."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ WORDS = 16
 
 
 def message_buffer(make=MessageBuffer) -> Proof:
-    """Datagrams of any contents and length, messages among them of up to four bytes of payload; CRCs right or wrong."""
+    """Prove datagrams of any contents and length, with payloads of up to four bytes, and correct or wrong CRCs."""
     core = smaller(make, MessageCRC=AnyCRC, MESSAGE_BYTES=BYTES, MESSAGE_WORDS=BYTES//4)(words=WORDS, messages=2)
     proof        = Proof(core)
     sink, source = core.sink, core.source

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""MessageFramer: a message and its payload as one datagram, of the length that it announces."""
+"""MessageFramer: a message and its payload become one datagram, of the length that it announces."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from .streams import counted, feed, stays, taken
 
 
 class AnyCRC(LiteXModule):
-    """A CRC of any value: what is promised must not hang on it."""
+    """A CRC of any value: no promise may depend on it."""
 
     def __init__(self) -> None:
         self.reset, self.ce, self.error = Signal(), Signal(), Signal()
@@ -29,7 +29,7 @@ class AnyCRC(LiteXModule):
 
 
 def message_framer(make=MessageFramer) -> Proof:
-    """Messages of any length, one after the other; payload and receiver may stall anywhere."""
+    """Prove messages of any length, one after the other; payload and receiver may stall at any time."""
     core         = smaller(make, MessageCRC=AnyCRC)(1234)
     proof        = Proof(core)
     sink, source = core.sink, core.source
@@ -71,7 +71,7 @@ def message_framer(make=MessageFramer) -> Proof:
     proof.prove("the datagram's length is announced", ~source.valid | (source.length == bytes))
     proof.reach("two messages, one without a payload", (counted(proof, taken(sink) & (sink.length == 0), 0, 2) == 1)
                 & (counted(proof, taken(sink) & (sink.length == 5), 0, 2) == 1))
-    # For the induction.
+    # Invariants, for the induction.
     fsm, position, end = core.fsm, inside(core, "position")[0], inside(core, "last_word")[0]
     state = {name: fsm.state == number for name, number in fsm.encoding.items()}
     proof.prove("five states", fsm.state < 5)

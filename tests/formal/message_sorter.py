@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""MessageSorter: what it writes is a chunk that was allowed, or a message that has its place in the mailbox."""
+"""MessageSorter: it writes only accepted chunks, and messages that have a place in the mailbox."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ ENTRIES = 2
 
 
 class Writer(LiteXModule):
-    """What the sorter sees of a StreamWriter."""
+    """A StreamWriter, as the sorter sees it."""
 
     def __init__(self) -> None:
         self.sink = stream.Endpoint([("data", 32)])
@@ -32,7 +32,7 @@ class Writer(LiteXModule):
 
 
 def message_sorter(make=MessageSorter) -> Proof:
-    """Messages of any kind and length, whole as MessageBuffer gives them; any verdict on a chunk."""
+    """Prove messages of any kind and length, whole as MessageBuffer delivers them, with any verdict on a chunk."""
     writer = Writer()
     table  = SimpleNamespace(chunk=ChunkCheck(), address=Signal(32, name="table_address"), set=Signal(name="table_set"))
     chunk  = table.chunk
@@ -45,7 +45,7 @@ def message_sorter(make=MessageSorter) -> Proof:
     proof.free(core.enable, core.token, core.peer_address, core.peer_port, core.consumed, chunk.judged, chunk.fits,
                chunk.repeated, table.address, writer.sink.ready, writer.idle)
 
-    # A message has the bytes that its header announces.
+    # A message has as many bytes as its header announces.
     word  = counted(proof, taken(sink), taken(sink) & sink.last, 10)
     words = Signal(10)
     proof.comb += words.eq((sink.bytes + 3) >> 2)
@@ -55,17 +55,17 @@ def message_sorter(make=MessageSorter) -> Proof:
                  == proof.past(sender(proof, sink))))
     proof.assume("its header has its length", ~sink.valid | (word != HEADER_WORDS - 1)
                  | (sink.data == sink.bytes - FRAME_BYTES))
-    # SlotTable and StreamWriter, as they are proven.
+    # SlotTable and StreamWriter, as they are proven elsewhere.
     proof.assume("a verdict stays until the next", proof.past(chunk.judge & ~chunk.judged) | ~proof.started
                  | (table.address == proof.past(table.address)))
     proof.assume("verdicts come when asked for", ~chunk.judged | chunk.judge)
-    # The firmware takes messages that are there.
+    # The firmware removes messages from the mailbox.
     waits, waited, read = Signal(8), Signal(8), Signal(8)
     proof.comb += [waits.eq(core.produced - core.consumed), read.eq(core.consumed - proof.past(core.consumed)),
                    waited.eq(core.produced - proof.past(core.consumed))]
     proof.assume("the firmware takes what is there", Mux(proof.started, read <= waited, core.consumed == 0))
 
-    # The block under way: its kind, and the words that it was given.
+    # The current block: its kind, and the words that were written.
     begin  = writer.start
     active     = Signal()
     to_mailbox = Signal()
@@ -108,7 +108,7 @@ def message_sorter(make=MessageSorter) -> Proof:
 
 
 def sender(proof: Proof, sink: stream.Endpoint) -> Signal:
-    """Bytes and sender of a message as one signal."""
+    """Return bytes and sender of a message as one signal."""
     signal = Signal(len(sink.bytes) + len(sink.address) + len(sink.port))
     proof.comb += signal.eq(Cat(sink.bytes, sink.address, sink.port))
     return signal

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""PairGate: each pixel pair of a frame passes once, in order, and none of another."""
+"""PairGate: each pixel pair of a frame passes once, in order, and no pair of another frame passes."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from .streams import counted, feed, stays, taken
 
 
 def pair_gate(make=PairGate) -> Proof:
-    """Frames of any size, given up at any time; chunks of any frame, length and place, in any order."""
+    """Prove frames of any size, aborted at any time; chunks of any frame, length and offset, in any order."""
     core         = make()
     proof        = Proof(core)
     sink, source = core.sink, core.source
@@ -26,8 +26,8 @@ def pair_gate(make=PairGate) -> Proof:
                chunk.length, chunk.judge, core.begin)
     proof.assume("a frame has pixels, and less than 2 GiB", (core.pixels != 0) & (core.pixels < 2**30))
 
-    # How MessageSorter lets a chunk pass: judged and fitting, then its words, as many as its length says.
-    words    = Signal(32)  # Of the chunk, not taken yet.
+    # How MessageSorter passes a chunk on: first judged and accepted, then as many words as its length says.
+    words    = Signal(32)  # Words of the chunk that are not transferred yet.
     rounded  = Signal(32)
     holding  = [proof.past(field) == field for field in (chunk.frame_id, chunk.offset, chunk.length)]
     proof.comb += rounded.eq(chunk.length + 3)
@@ -46,12 +46,12 @@ def pair_gate(make=PairGate) -> Proof:
             words.eq(rounded[2:])
         ),
     ]
-    # The frame, counted once more.
+    # Reference count of the frame.
     reopened = core.open | core.close
     pixels   = Signal(32)
     proof.sync += If(core.open, pixels.eq(core.pixels))
     passed   = counted(proof, taken(source), core.open)
-    upper    = Signal() # The word's second pair is next.
+    upper    = Signal() # The second pair of the word is next.
     proof.sync += [
         If(taken(source),
             upper.eq(~upper)

@@ -19,7 +19,7 @@ BURST = 2
 
 
 def pair_reader(make=PairReader) -> Proof:
-    """Images of any size and place, one pair after the other, given up at any time; a bus that fails at any time."""
+    """Prove images of any size and address, pair after pair, aborted at any time; a bus that fails at any time."""
     bus    = memory.port()
     core   = make(bus, burst_bytes=BURST*memory.WORD)
     proof  = Proof(core)
@@ -27,7 +27,7 @@ def pair_reader(make=PairReader) -> Proof:
     memory.master(proof, bus, answer)
     proof.free(core.left_base, core.right_base, core.pixels, core.start, core.stop, core.source.ready)
 
-    # How a frame is read: settings hold from the clock before it on, stop is held.
+    # How a frame is read: settings are stable from the clock before it on, and `stop` is held.
     begin = Signal()
     busy  = Signal()
     given = Signal()
@@ -46,7 +46,7 @@ def pair_reader(make=PairReader) -> Proof:
     proof.assume("the size is legal",     (core.pixels != 0) & (core.pixels < 2**24))
     proof.assume("stop holds until idle", ~proof.past(core.stop & ~core.idle) | core.stop | core.idle)
 
-    # Words of each image: a burst of the left one, the same burst of the right one, and on.
+    # Words of each image: a burst of the left one, the same burst of the right one, and so on.
     last_pixel = Signal(32)
     words      = Signal(32)
     right      = Signal()
@@ -90,7 +90,7 @@ def pair_reader(make=PairReader) -> Proof:
     proof.reach("two frames end", counted(proof, over & ~given, 0, 4) == 2)
     proof.reach("one is given up", over & given & (pixel == 3))
 
-    # One word of one of the images, any one.
+    # One arbitrary word of one of the images.
     which, data, side = [proof.constant(bits) for bits in (32, 8*memory.WORD, 1)]
     proof.assume("the word holds the data", ~request | (right != side) | (count != which)
                  | ((bus.dat_r == data) & ~bus.err))
@@ -104,7 +104,7 @@ def pair_reader(make=PairReader) -> Proof:
 
 def invariants(proof: Proof, core: PairReader, words, right, counts, count, pixel, given, ended, which, data,
                side) -> None:
-    """How the registers belong together, for the induction."""
+    """State the invariants of the registers, for the induction."""
     fsm      = core.fsm
     port     = core.reader.dma.fifo
     fifos    = [core.left_fifo, core.right_fifo]
@@ -115,7 +115,7 @@ def invariants(proof: Proof, core: PairReader, words, right, counts, count, pixe
     state    = {name: fsm.state == value for name, value in fsm.encoding.items()}
     stopping = state["DRAIN"] | state["DRAIN-REQUEST"]
     reading  = ~core.idle & ~stopping
-    still    = core.idle | state["DRAIN"] # Nothing is asked for.
+    still    = core.idle | state["DRAIN"] # Nothing is requested.
     before   = proof.past(right)
     ahead    = Signal(32)
     proof.comb += ahead.eq(counts[0] - counts[1])
@@ -138,7 +138,7 @@ def invariants(proof: Proof, core: PairReader, words, right, counts, count, pixe
     proof.prove("a burst begins at its begin", ~state["WAIT"] | (count[0] == 0))
     proof.prove("given up", core.idle | ~stopping | given)
     proof.prove("given up stays", ~given | core.stop | core.idle)
-    # Answers, a clock after their requests.
+    # Answers, a clock after the requests.
     answered = inside(core, "under_way")[0]
     proof.prove("an answer waits no longer than a clock", (port.level <= 1) & (answered == port.level))
     proof.prove("the answer's side", ~reading | (inside(core, "right_word")[0] == Mux(port.level == 1, before, right)))

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Cores that pass items on and change nothing: the registers between two streams, and the arbiter of messages."""
+"""Cores that pass items on unchanged: the registers between two streams, and the arbiter of messages."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Joined(LiteXModule):
 
 
 def register(join=add_register) -> Proof:
-    """Two items fit into the registers for data and for ready."""
+    """Prove that two items fit into the registers for data and for ready."""
     core  = Joined(join)
     proof = Proof(core)
     feed(proof, core.sink)
@@ -41,7 +41,7 @@ def register(join=add_register) -> Proof:
     proof.prove("none comes twice, none from nowhere", core.source.valid == (level != 0))
     proof.prove("it takes an item unless both registers are full", core.sink.ready == (level < 2))
     proof.reach("both are full, then empty", proof.past(proof.past(level == 2)) & (level == 0))
-    # For the induction: which item is in which register.
+    # Invariants, for the induction: which item is in which register.
     behind, ahead = core._submodules[0][1], core._submodules[1][1]
     proof.prove("the register for data has the first", ~ahead.source.valid | (all_of(ahead.source) == items[0]))
     proof.prove("nothing waits without being valid", core.sink.ready | behind.source.valid)
@@ -50,7 +50,7 @@ def register(join=add_register) -> Proof:
 
 
 def arbiter(make=MessageArbiter) -> Proof:
-    """Two sources of messages, and a receiver that takes words and messages at any time."""
+    """Prove two sources of messages, and a receiver that accepts words and messages at any time."""
     core  = smaller(make, job_layout=lambda: [("offset", 2)])()
     proof = Proof(core)
     for sink in [*core.sinks, *core.payloads]:
@@ -63,7 +63,7 @@ def arbiter(make=MessageArbiter) -> Proof:
     for what, source, sinks in [("messages", core.source, core.sinks), ("words", core.payload, core.payloads)]:
         count = Signal(2)
         proof.comb += count.eq(taken(sinks[0]) + taken(sinks[1]))
-        # After the last word of a message the first of the next may be offered: that one waits for its message.
+        # After the last word of a message the first word of the next may be offered: it waits for its message.
         proof.prove(f"{what}: what is offered stays, to the message's end", sent | stays(proof, source))
         proof.prove(f"{what}: each is taken and given in one clock", count == taken(source))
         for n, sink in enumerate(sinks):
@@ -83,7 +83,7 @@ def arbiter(make=MessageArbiter) -> Proof:
             ),
         ]
         proof.prove(f"sink {n} waits for one message of the other at most", overtaken <= 1)
-        # For the induction.
+        # Invariants, for the induction.
         proof.prove(f"then sink {n} has its turn", (overtaken == 0)
                     | (core.sinks[n].valid & (held[n] | ((held == 0) & (turn == 1 - n)))))
     for n in range(2):

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""StereoPeripheral: what software does to it over its registers, and what it does not."""
+"""StereoPeripheral: what software can do to it through its registers, and what it cannot."""
 
 from __future__ import annotations
 
@@ -33,14 +33,14 @@ class Registered(LiteXModule):
         self.bank = csr_bus.CSRBank(self.peripheral.get_csrs(), bus=self.bus)
 
     def written(self, register) -> Signal:
-        """Software writes the register in this clock."""
+        """Return whether software writes the register in this clock."""
         parts  = register.simple_csrs if hasattr(register, "simple_csrs") else [register]
         places = [self.bank.simple_csrs.index(part) for part in parts]
         return self.bus.we & (self.bus.adr[9:] == 0) & (self.bus.adr[:9] == places[0])
 
 
 def peripheral(make=StereoPeripheral) -> Proof:
-    """Any accesses to the registers, any memory, any stream of pairs."""
+    """Prove any accesses to the registers, any memory, any stream of pairs."""
     top   = Registered(make)
     core  = top.peripheral
     proof = Proof(top)
@@ -62,7 +62,7 @@ def peripheral(make=StereoPeripheral) -> Proof:
 
     # Events.
     for bit, (source, event) in enumerate([(ev.done, core.done), (ev.error, core.failed)]):
-        # LiteX clears an event a clock behind the write.
+        # LiteX clears an event a clock after the write.
         cleared = proof.past(proof.past(top.written(ev.pending) & top.bus.dat_w[bit]))
         before  = proof.past(source.pending)
         proof.prove(f"event {bit} pends when it has been, until a 1 is written",
@@ -95,7 +95,7 @@ def peripheral(make=StereoPeripheral) -> Proof:
     proof.prove("a frame that was streamed reads no memory", ~core.frame.streamed | ~core.reader.start)
     proof.reach("a frame is refused, and its event cleared",
                 counted(proof, core.failed, 0, 2)[0] & ~ev.error.pending & ~core.busy)
-    # For the induction.
+    # Invariants, for the induction.
     proof.prove("five states", fsm.state < 5)
     proof.prove("DMA is idle meanwhile", ~waiting | (core.reader.idle & core.writer.idle))
     proof.prove("DMA's states", (core.reader.fsm.state < 6) & (core.writer.fsm.state < 5))

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""A core, what may be assumed of its surroundings, and what is to be proven of it."""
+"""A core, assumptions about its surroundings, and the promises to be proven."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ from litestereo.sim.cores.verilated import PortsTop
 
 
 def inside(core: LiteXModule, name: str) -> list[Signal]:
-    """Signals of that name anywhere in the core, in the order in which they were made.
+    """Return the Signals of that name anywhere in the core, in the order of their creation.
 
-    Proofs for all time say how the core's registers belong together, also those that only its constructor has names
+    Proofs by induction relate the core's registers to each other, also those that only its constructor has names
     for.
     """
     found = {signal for signal in list_signals(core._fragment)
@@ -33,7 +33,7 @@ def inside(core: LiteXModule, name: str) -> list[Signal]:
 
 
 def smaller(core: type, **values: object) -> Callable[..., LiteXModule]:
-    """A core, made with other constants of its module: a small one with the same arithmetic."""
+    """Return a core made with other constants of its module: a small one with the same arithmetic."""
     names = next(vars(kind)["__init__"].__globals__ for kind in core.__mro__
                  if "__init__" in vars(kind) and set(values) <= set(vars(kind)["__init__"].__globals__))
 
@@ -45,9 +45,9 @@ def smaller(core: type, **values: object) -> Callable[..., LiteXModule]:
 
 
 class Proof(PortsTop):
-    """Top level around a core whose inputs are free; conditions on it become ports of the emitted Verilog.
+    """Top level around a core whose inputs are free; each condition becomes a port of the emitted Verilog.
 
-    `assume`, `prove` and `reach` take a name and a condition, true while it is 1.
+    `assume`, `prove` and `reach` take a name and a condition, which holds while it is 1.
     """
 
     def __init__(self, core: LiteXModule) -> None:
@@ -56,7 +56,7 @@ class Proof(PortsTop):
         self.widths:    dict[str, int] = {}
         self.constants: dict[str, int] = {}
         self.wanted:    dict[str, dict[str, str]] = {"assume": {}, "assert": {}, "cover": {}}
-        self.started = Signal()  # 0 in the first clock alone.
+        self.started = Signal()  # 0 in the first clock only.
         self.sync += self.started.eq(1)
 
     def free(self, *signals: Signal) -> None:
@@ -67,27 +67,27 @@ class Proof(PortsTop):
             self.comb += signal.eq(self.port(name, len(signal)))
 
     def constant(self, bits: int) -> Signal:
-        """A value of the solver's choice that stays the same."""
+        """Return a value that the solver chooses once."""
         name = f"constant_{len(self.constants)}"
         self.constants[name] = bits
         return self.port(name, bits)
 
     def past(self, signal: Signal) -> Signal:
-        """Value a clock ago."""
+        """Return the value of a clock ago."""
         before = Signal.like(signal)
         self.sync += before.eq(signal)
         return before
 
     def assume(self, name: str, condition) -> None:
-        """The surroundings keep to this."""
+        """Assume that the surroundings keep a condition."""
         self._want("assume", name, condition)
 
     def prove(self, name: str, condition) -> None:
-        """The core keeps to this."""
+        """Prove that the core keeps a condition."""
         self._want("assert", name, condition)
 
     def reach(self, name: str, condition) -> None:
-        """This can happen: what is assumed does not rule out everything."""
+        """Show that a condition can be met, so that the assumptions do not exclude everything."""
         self._want("cover", name, condition)
 
     def _want(self, kind: str, name: str, condition) -> None:
@@ -96,11 +96,11 @@ class Proof(PortsTop):
         self.comb += self.port(port, 1).eq(condition)
 
     def name_of(self, label: str) -> str:
-        """What a label of the emitted Verilog stands for."""
+        """Return the name of the condition that has a label in the emitted Verilog."""
         return self.wanted[label.split("_")[0]][label]
 
     def verilog(self) -> str:
-        """The core as it is emitted, and around it a module `proof` that states the conditions."""
+        """Return the Verilog of the core, and around it a module `proof` that states the conditions."""
         core     = str(verilog.convert(self, ios=self.ios, name="core"))
         outputs  = [port for ports in self.wanted.values() for port in ports]
         lines    = ["module proof(", "    input wire sys_clk" + "".join(
@@ -111,5 +111,5 @@ class Proof(PortsTop):
         lines   += ["    core core(.sys_rst(1'b0)" + "".join(f", .{name}({name})" for name in ports) + ");"]
         for kind, conditions in self.wanted.items():
             lines += [f"    always @* {port}_: {kind}({port});" for port in conditions]
-        # Comments hold the date.
+        # Comments contain the date.
         return re.sub(r"^//.*$", "", core, flags=re.MULTILINE) + "\n".join([*lines, "endmodule", ""])

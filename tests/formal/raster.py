@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Raster: width x height pairs are taken, each with credit, and none outside of a frame."""
+"""Raster: width x height pairs are accepted, each with credit, and none outside of a frame."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from .streams import feed, raster_position, taken
 
 SMALL = MatcherParameters(max_width=32, max_height=15, disparities=16, max_block_size=7)
 
-#: Clocks until the thresholds are right.
+#: Clocks until the thresholds are valid.
 SETTLE = 4
 
 
 def raster(make=Raster) -> Proof:
-    """Frames of all sizes; credit comes and goes."""
+    """Prove frames of all sizes; credit comes and goes."""
     core  = make(SMALL)
     proof = Proof(core)
     feed(proof, core.sink)
@@ -40,7 +40,7 @@ def raster(make=Raster) -> Proof:
     proof.assume("a frame begins when none is under way and the core has settled",
                  ~core.begin | (~running & (clocks == SETTLE)))
 
-    # Pairs, counted once more.
+    # Reference count of pairs.
     moves       = taken(core.sink)
     column, row = raster_position(proof, moves, width, core.begin)
     step = inside(core, "step")[0]
@@ -53,7 +53,7 @@ def raster(make=Raster) -> Proof:
     proof.prove("a pair is marked as one", proof.past(proof.past(moves)) == (core.source.valid & core.source.take))
     proof.prove("a result has a cost", ~(core.source.valid & core.source.complete) | core.source.cost)
     proof.reach("a row is taken", row == 1)
-    # For the induction.
+    # Invariants, for the induction.
     limits = core.thresholds
     step_index, own_row, row_takes, column_takes = (
         inside(core, name)[0] for name in ("step_index", "row", "row_takes", "column_takes"))

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Border, Median and LeftRight: from winners to the map, nothing lost on the way."""
+"""Border, Median and LeftRight: from winners to the map without loss."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ from .streams import feed, raster_position, sound, stays, taken
 
 SMALL = MatcherParameters(max_width=32, max_height=15, disparities=16, max_block_size=7)
 
-#: Clocks until what a core derives from its settings is right.
+#: Clocks until the values that a core derives from its settings are valid.
 SETTLE = 4
 
 
 def settings(proof: Proof, core: LiteXModule, *names: str) -> tuple[dict[str, Signal], Signal]:
-    """A frame's settings of the solver's choice, legal; and whether the core had time to settle."""
+    """Return legal settings that the solver chooses for each frame, and whether the core has had time to settle."""
     values = {name: proof.constant(len(getattr(core, name))) for name in names}
     proof.comb += [getattr(core, name).eq(value) for name, value in values.items()]
     for name, most in [("width", SMALL.max_width), ("height", SMALL.max_height)]:
@@ -41,14 +41,14 @@ def settings(proof: Proof, core: LiteXModule, *names: str) -> tuple[dict[str, Si
 
 
 def border(make=Border) -> Proof:
-    """Frames of all sizes, one after the other."""
+    """Prove frames of all sizes, one after the other."""
     core  = make(SMALL)
     proof = Proof(core)
     feed(proof, core.sink)
     values, settled = settings(proof, core, "width", "height", "disparities", "min_disparity", "block_size")
     width, height   = values["width"], values["height"]
     block_size      = values["block_size"]
-    # Sums have Signals of their own: in Verilog a sum is as wide as what it is compared with.
+    # Each sum is a Signal: in Verilog a sum is as wide as what it is compared with.
     smallest = Signal(12)
     begins   = Signal(12)
     proof.comb += [
@@ -61,7 +61,7 @@ def border(make=Border) -> Proof:
                  & (values["disparities"] == SMALL.disparities) & (height >= block_size)
                  & (width >= smallest))
 
-    # Where the pixel lies, counted once more.
+    # Reference position of the pixel.
     moves       = taken(core.source)
     column, row = raster_position(proof, moves, width, core.begin)
     last        = (column == width - 1) & (row == height - 1)
@@ -87,7 +87,7 @@ def border(make=Border) -> Proof:
     proof.prove("pixels are winners or invalid", ~offered | (core.source.disparity == Mux(valid & core.sink.found,
                                                                                          shown, invalid)))
     proof.reach("a row", core.busy & (row == 1))
-    # For the induction.
+    # Invariants, for the induction.
     own = [inside(core, name)[0] for name in ("column", "row")]
     proof.prove("columns and rows are counted", ~core.busy | ((own[0] == column) & (own[1] == row)
                                                               & (column < width) & (row < height)))
@@ -96,7 +96,7 @@ def border(make=Border) -> Proof:
 
 
 def median(make=Median) -> Proof:
-    """The median's results wait in a FIFO that must have room for all that are under way."""
+    """Prove that the median's FIFO has room for all results in flight."""
     core  = make(SMALL)
     proof = Proof(core)
     feed(proof, core.sink)
@@ -108,7 +108,7 @@ def median(make=Median) -> Proof:
 
 
 def left_right(make=LeftRight) -> Proof:
-    """The left-right check's results likewise."""
+    """Prove that the FIFO of the left-right check has room for all results in flight."""
     core  = make(SMALL)
     proof = Proof(core)
     feed(proof, core.sink)
@@ -123,7 +123,7 @@ def left_right(make=LeftRight) -> Proof:
 
 
 def bounded(proof: Proof, core: LiteXModule, issued: Signal, latency: int) -> None:
-    """Each result that is issued comes out of the core's FIFO once, and finds room in it."""
+    """Prove that each issued result leaves the core's FIFO once, and finds room in it."""
     fifo  = core.fifo
     under = [issued]
     for _ in range(latency):

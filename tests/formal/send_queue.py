@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""SendQueue: of a job all messages leave, each once, in order, and each when its payload is there."""
+"""SendQueue: all messages of a job are sent, each once, in order, and each only once its payload is there."""
 
 from __future__ import annotations
 
@@ -19,25 +19,25 @@ from litestereo.gateware.link.send_queue import SendQueue
 from .proof import Proof, inside, smaller
 from .streams import counted, feed, held, stays, taken
 
-CHUNK = 8 # Bytes of a message's payload at most; the FIFO holds two of them.
+CHUNK = 8 # Bytes of a message's payload, at most; the FIFO holds two payloads.
 WORDS = CHUNK//4
 
-#: Numbers of few bits: the arithmetic is the same, the solver faster.
+#: Numbers of few bits: the arithmetic is the same, and the solver is faster.
 BITS = 10
-#: A mark that the core copies like any other field: by it the messages of one job are told from all others.
+#: A mark that the core copies like any other field: it tells the messages of one job from all others.
 LAYOUT = [*((name, min(bits, BITS)) for name, bits in job_layout()), ("mark", 1)]
-#: Fields that all messages of a job have in common.
+#: Fields that all messages of a job share.
 COMMON = [name for name, _ in LAYOUT if name not in ("offset", "base", "length")]
 
 
 class Reader(LiteXModule):
-    """StreamReader as it is proven: as many words as the block has, of any contents, then idle."""
+    """A StreamReader, as it is proven elsewhere: as many words as the block has, of any contents, then idle."""
 
     def __init__(self) -> None:
         self.source = stream.Endpoint([("data", 32)])
         self.base, self.length = Signal(BITS), Signal(BITS)
         self.start, self.idle  = Signal(), Signal()
-        self.remaining = Signal(BITS)  # Words that are to come.
+        self.remaining = Signal(BITS)  # Words that remain.
         rounded        = Signal(BITS + 1)
         self.comb += [rounded.eq(self.length + 3), self.idle.eq(self.remaining == 0)]
         self.sync += [
@@ -51,7 +51,7 @@ class Reader(LiteXModule):
 
 
 def send_queue(make=SendQueue) -> Proof:
-    """Replies and bursts of any length and place, at any time; bursts given up; memory and wire stall as they like."""
+    """Prove replies and bursts of any length and address, at any time; bursts aborted; memory and wire that stall."""
     reader = Reader()
     core   = smaller(make, CHUNK_BYTES=CHUNK, PAYLOAD_WORDS=2*WORDS, job_layout=lambda: LAYOUT)(reader)
     proof  = Proof(core)
@@ -66,7 +66,7 @@ def send_queue(make=SendQueue) -> Proof:
     proof.assume("a burst is shorter than half of memory", job.length < 2**(BITS - 1))
     accepted = [core.reply & ~core.reply_busy, core.burst & ~core.burst_busy]
 
-    # MessageFramer takes a message after its payload, and no other payload.
+    # MessageFramer accepts a payload only after its message.
     words = rounded(proof, source.length)
     word  = counted(proof, taken(payload), taken(source), 8)
     proof.assume("words are taken of the message that is offered", ~taken(payload) | (source.valid & (word < words)))
@@ -80,7 +80,7 @@ def send_queue(make=SendQueue) -> Proof:
     proof.prove("the reader never waits for room", reader.idle | core.fifo.sink.ready)
     proof.prove("a message is of 1024 bytes at most", ~source.valid | (source.length <= CHUNK))
 
-    # What is read.
+    # What is being read.
     reads = proof.past(reader.start) | ~reader.idle
     proof.prove("the reader is started when it is idle, for a byte at least, at a whole word",
                 ~reader.start | (reader.idle & (reader.length != 0) & (reader.base[:2] == 0)))
@@ -96,7 +96,7 @@ def send_queue(make=SendQueue) -> Proof:
                 | (payload.data == data))
 
     marked = one_job(proof, core, accepted)
-    # Clocks in which neither memory nor wire is waited for.
+    # Clocks in which the queue waits neither for memory nor for the wire.
     offered  = core.offered.sink
     moves    = reader.idle & ~(offered.valid & ~offered.ready)
     any_busy = core.reply_busy | core.burst_busy
@@ -119,14 +119,14 @@ def send_queue(make=SendQueue) -> Proof:
 
 
 def rounded(proof: Proof, length: Signal) -> Signal:
-    """Words of so many bytes."""
+    """Return the words that so many bytes fill."""
     bytes, words = Signal(BITS + 1), Signal(BITS - 1)
     proof.comb += [bytes.eq(length + 3), words.eq(bytes[2:])]
     return words
 
 
 def block(proof: Proof, reader: Reader, job, accept) -> SimpleNamespace:
-    """Memory that the job has which was accepted last, and whether the reader is inside."""
+    """Return the memory of the job accepted last, and whether the reader is inside."""
     base, length, offset, end = (Signal(bits) for bits in (BITS, BITS, BITS, BITS + 1))
     proof.sync += If(accept, base.eq(job.base), length.eq(job.length))
     proof.comb += [offset.eq(reader.base - base), end.eq(offset + reader.length)]
@@ -134,7 +134,7 @@ def block(proof: Proof, reader: Reader, job, accept) -> SimpleNamespace:
 
 
 def one_job(proof: Proof, core: SendQueue, accepted: list) -> SimpleNamespace:
-    """One job, any one, is marked: its messages cover it from its first byte to its last, each once, in order."""
+    """Mark one arbitrary job: its messages cover it from the first byte to the last, each once, in order."""
     source, job = core.source, core.job
     fields = {name: Signal(bits) for name, bits in LAYOUT}
     known, burst, given, running = Signal(), Signal(), Signal(), Signal()
@@ -158,7 +158,7 @@ def one_job(proof: Proof, core: SendQueue, accepted: list) -> SimpleNamespace:
     proof.sync += If(leaves, sent.eq(sent + CHUNK))
 
     def part(message: dict[str, Signal], begin: Signal):
-        """The message is the job's part from `begin` on."""
+        """Return whether the message is the job's part from `begin` on."""
         offset    = Signal(BITS)
         base      = Signal(BITS)
         remaining = Signal(BITS)
@@ -187,17 +187,17 @@ def one_job(proof: Proof, core: SendQueue, accepted: list) -> SimpleNamespace:
 
 
 def invariants(proof: Proof, core: SendQueue, reader: Reader, ghost: SimpleNamespace) -> None:
-    """How the registers belong together, for the induction."""
+    """State the invariants of the registers, for the induction."""
     fsm, source, marked = core.fsm, core.source, ghost.marked
     state   = {name: fsm.state == number for name, number in fsm.encoding.items()}
     records = {record: {name: inside(core, f"{record}_{name}")[0] for name, _ in LAYOUT}
                for record in ("message", "burst_job", "reply_job")}
     message, burst, reply = records.values()
     chosen  = ghost.chosen
-    waits   = state["ROOM"] | state["READ"] # The job has to wait for the message.
+    waits   = state["ROOM"] | state["READ"] # The job waits for the message to be sent.
     begun   = waits | state["OFFER"]
 
-    # Jobs and the message that is made of one.
+    # Jobs, and the message that is made of one.
     part = Signal.like(burst["length"])
     proof.comb += part.eq(Mux(burst["length"] > CHUNK, CHUNK, burst["length"]))
     of_burst, of_reply = (Cat(*(message[name] == job[name] for name, _ in LAYOUT)) == 2**len(LAYOUT) - 1
@@ -286,7 +286,7 @@ def invariants(proof: Proof, core: SendQueue, reader: Reader, ghost: SimpleNames
     proof.prove("with an end", ~state["OFFER"] | (ghost.calm <= 3))
     proof.prove("then the reply's turn", ~core.reply_busy
                 | (ghost.before + (state["OFFER"] | (waits & chosen)) <= 1))
-    steps = Signal(3) # Until a burst that was given up ends.
+    steps = Signal(3) # Until an aborted burst ends.
     proof.comb += steps.eq(Mux(state["CHOOSE"], Mux(core.reply_busy, 4, 1), Mux(
         state["ROOM"], Mux(chosen, 1, 3), Mux(state["READ"], 2, 1))))
     proof.prove("a burst that was given up comes to its end", ~core.burst_busy | ~ghost.stopped

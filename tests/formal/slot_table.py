@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""SlotTable: a chunk that fits lies inside its frame's image, and nothing else is marked."""
+"""SlotTable: an accepted chunk lies inside its frame's image, and nothing else is marked."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ CHUNKS = 64
 
 
 def slot_table(make=SlotTable) -> Proof:
-    """Slots opened and closed at any time, and chunks of any place and length judged, as MessageSorter does it."""
+    """Prove slots opened and closed at any time, and chunks of any offset and length, judged as in MessageSorter."""
     core  = make(slots=SLOTS, max_chunks=CHUNKS)
     proof = Proof(core)
     chunk = core.chunk
@@ -32,13 +32,13 @@ def slot_table(make=SlotTable) -> Proof:
     proof.assume("and until the verdict is there", ~before | chunk.judge | proof.past(chunk.judged))
     proof.assume("a slot is not opened while one is cleared", ~core.open | ~core.clearing)
     proof.assume("slots and frames are legal", (core.slot < SLOTS) & (core.pixels != 0) & (core.pixels < 2**30))
-    # The firmware closes a slot, and waits until no chunk of it is being written, before it opens it anew.
+    # The firmware closes a slot, and waits until no chunk of it is being written, before it opens the slot again.
     for n in range(SLOTS):
         clocks = Signal(4, reset=10)
         proof.sync += If(inside(core, f"opened{n}")[0], clocks.eq(0)).Elif(clocks != 10, clocks.eq(clocks + 1))
         proof.assume(f"slot {n} is opened some clocks after its closing", ~core.open | (core.slot != n)
                      | (clocks == 10))
-    ready = Signal()  # A verdict that allows a chunk has not been used.
+    ready = Signal()  # A verdict that accepts a chunk and is not used yet.
     proof.sync += If(chunk.judged & chunk.judge, ready.eq(chunk.fits & ~chunk.repeated)).Elif(core.set | chunk.judge,
                                                                                          ready.eq(0))
     proof.assume("a chunk is marked when it was allowed, once", ~core.set | (ready & ~chunk.judge))

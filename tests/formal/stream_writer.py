@@ -20,7 +20,7 @@ LANES = memory.WORD//ITEM
 
 
 def stream_writer(make=StreamWriter, burst_words: int = 2) -> Proof:
-    """Blocks of any length, one after the other, given up at any time; a bus that fails at any time."""
+    """Prove blocks of any length, one after the other, aborted at any time; a bus that fails at any time."""
     bus    = memory.port()
     core   = make(bus, bits=8*ITEM, burst_bytes=burst_words*memory.WORD)
     proof  = Proof(core)
@@ -29,7 +29,7 @@ def stream_writer(make=StreamWriter, burst_words: int = 2) -> Proof:
     feed(proof, core.sink)
     proof.free(core.base, core.start, core.stop)
 
-    # How a block is written: the base holds, stop is held, nothing comes after the last item.
+    # How a block is written: the base is stable, `stop` is held, and nothing follows the last item.
     begin = Signal()
     busy  = Signal()
     ended = Signal()
@@ -51,7 +51,7 @@ def stream_writer(make=StreamWriter, burst_words: int = 2) -> Proof:
     proof.assume("stop holds until idle",    ~proof.past(core.stop & ~core.idle) | core.stop | core.idle)
     proof.assume("nothing comes after last",  ~core.sink.valid | ~ended)
 
-    # Items and the words that they make; a block of the solver's choice, shorter than 2**30 bytes.
+    # Items, and the words that they make; a block that the solver chooses, shorter than 2**30 bytes.
     item  = counted(proof, moves, begin)
     words = Signal(32)
     proof.comb += words.eq(item[1:] + (ended & item[0]))
@@ -67,7 +67,7 @@ def stream_writer(make=StreamWriter, burst_words: int = 2) -> Proof:
     proof.reach("two blocks end", counted(proof, over & ~given, 0, 4) == 2)
     proof.reach("one is given up", over & given & ~ended & (count == 3))
 
-    # One item of the block, any one.
+    # One arbitrary item of the block.
     which, data = [proof.constant(bits) for bits in (32, 8*ITEM)]
     proof.assume("the item holds the data", ~moves | (item != which) | (core.sink.data == data))
     def lane_of(word):
@@ -75,7 +75,7 @@ def stream_writer(make=StreamWriter, burst_words: int = 2) -> Proof:
     proof.prove("memory gets the items, in order", ~bus.stb | (item <= which) | (count != which[1:])
                 | (lane_of(bus.dat_w) == data))
 
-    # How the registers belong together, for the induction.
+    # Invariants of the registers, for the induction.
     fifo, fsm = core.fifo, core.fsm
     named     = {name: inside(core, name)[0] for name in
                  ("running", "position", "under_way", "packed", "full", "word", "lane", "last_word")}

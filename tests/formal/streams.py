@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""The contract of streams, docs/interfaces.md: what is offered stays until it is taken."""
+"""The contract of streams, docs/interfaces.md: an offered item is stable until it is accepted."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from .proof import Proof, inside
 
 
 def stays(proof: Proof, endpoint: Endpoint, marks: bool = True):
-    """Condition: what was offered a clock ago and not taken is offered still."""
+    """Return the condition that what was offered a clock ago and not accepted is still offered."""
     fields  = [*endpoint.payload.flatten(), *endpoint.param.flatten()]
     payload = Cat(*fields, *([endpoint.first, endpoint.last] if marks else []))
     offered = Signal(len(payload))
@@ -25,18 +25,18 @@ def stays(proof: Proof, endpoint: Endpoint, marks: bool = True):
 
 
 def feed(proof: Proof, endpoint: Endpoint) -> None:
-    """A sink is fed with anything, as the contract has it."""
+    """Offer any items to a sink, within the contract."""
     proof.free(endpoint.valid, endpoint.first, endpoint.last, *endpoint.payload.flatten(), *endpoint.param.flatten())
     proof.assume("the sink's source keeps the contract", stays(proof, endpoint))
 
 
 def taken(endpoint: Endpoint):
-    """An item moves."""
+    """Return whether an item is transferred."""
     return endpoint.valid & endpoint.ready
 
 
 def counted(proof: Proof, event, clear, bits: int = 32) -> Signal:
-    """How often `event` has been, in clocks before this one, since the clock of `clear`."""
+    """Return how often `event` has happened before this clock, since the clock of `clear`."""
     count = Signal(bits)
     proof.sync += [
         If(event,
@@ -50,7 +50,7 @@ def counted(proof: Proof, event, clear, bits: int = 32) -> Signal:
 
 
 def raster_position(proof: Proof, moves, width, begin) -> tuple[Signal, Signal]:
-    """Column and row of the pixel that moves next, in a frame of rows of `width` pixels since the clock of `begin`."""
+    """Return column and row of the next pixel, in rows of `width` pixels, since the clock of `begin`."""
     column = Signal(8)
     row    = Signal(8)
     proof.sync += [
@@ -70,14 +70,14 @@ def raster_position(proof: Proof, moves, width, begin) -> tuple[Signal, Signal]:
 
 
 def held(proof: Proof, signal: Signal, busy):
-    """Condition: a setting does not change in a clock in which `busy` is 1."""
+    """Return the condition that a setting does not change in a clock in which `busy` is 1."""
     before = Signal.like(signal)
     proof.sync += before.eq(signal)
     return ~proof.started | ~busy | (signal == before)
 
 
 def sound(proof: Proof, fifo: SyncFIFO) -> None:
-    """Promises of a FIFO about its registers, without which induction knows nothing of it."""
+    """Prove the invariants of a FIFO's registers, which the induction needs."""
     produce = inside(fifo, "produce")[0]
     consume = inside(fifo, "consume")[0]
     ahead   = Signal.like(produce)
@@ -87,7 +87,7 @@ def sound(proof: Proof, fifo: SyncFIFO) -> None:
 
 
 def stored(proof: Proof, fifo: SyncFIFO, place) -> Signal:
-    """What is in a FIFO, `place` items behind the next one out: payload, first, last."""
+    """Return the item in a FIFO `place` items after the next one out: payload, first, last."""
     memory  = next(special for special in fifo._fragment.specials if isinstance(special, Memory))
     port    = memory.get_port(async_read=True)
     address = Signal(log2_int(fifo.depth))
@@ -97,9 +97,9 @@ def stored(proof: Proof, fifo: SyncFIFO, place) -> Signal:
 
 
 def queue(proof: Proof, push, item, pop, depth: int) -> tuple[list[Signal], Signal]:
-    """What has been pushed and not yet popped, the oldest first: the items and how many they are.
+    """Return the items pushed and not yet popped, the oldest first, and their count.
 
-    It is the definition of "in order, none lost and none twice": a core that passes items on offers the first of these.
+    This defines "in order, none lost and none twice": a core that passes items on offers the first of these.
     """
     width = Signal(max(len(item), 1))
     items = [Signal.like(width) for _ in range(depth)]
@@ -119,5 +119,5 @@ def queue(proof: Proof, push, item, pop, depth: int) -> tuple[list[Signal], Sign
 
 
 def all_of(endpoint: Endpoint) -> Cat:
-    """Payload, parameters and marks of an endpoint."""
+    """Return payload, parameters and marks of an endpoint."""
     return Cat(*endpoint.payload.flatten(), *endpoint.param.flatten(), endpoint.first, endpoint.last)

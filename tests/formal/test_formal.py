@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""The proofs refuse cores with a fault, and for the right reason; and hold of the cores as they are."""
+"""The proofs hold for the cores as they are, and refuse faulty cores for the expected reason."""
 
 import pytest
 
@@ -127,14 +127,14 @@ FAULTS = {
         "If(self.sink.valid,\n                [getattr(header", "is the map's"),
 }
 
-#: Clocks in which a fault shows, if not 16.
+#: Clocks until a fault shows, if not 16.
 CLOCKS = {border: 32, message_buffer: 22}
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("fault", FAULTS)
 def test_a_fault_is_found(fault: str) -> None:
-    """A proof of a broken core fails at the promise that the fault breaks."""
+    """The proof of a faulty core fails at the promise that the fault breaks."""
     make, module, core, old, new, broken = FAULTS[fault]
     verdict = decide(make(getattr(altered(module, old, new), core)), CLOCKS.get(make, 16))
     assert any(broken in name for name in verdict.failed), verdict.failed
@@ -151,14 +151,14 @@ CREDITS = {
 @pytest.mark.long
 @pytest.mark.parametrize("credit", CREDITS)
 def test_a_credit_too_many_is_found(credit: str) -> None:
-    """A FIFO that would overflow after many clocks only is found by the induction."""
+    """The induction finds a FIFO that overflows only after many clocks."""
     make, module, core, old, new, induction = CREDITS[credit]
     assert not decide(make(getattr(altered(module, old, new), core)), 4, induction).always
 
 
 @pytest.mark.parametrize("task", TASKS, ids=lambda task: task.name)
 def test_a_core_as_it_is_passes(task: Task) -> None:
-    """And what they refuse is the fault, not everything."""
+    """The proofs hold for the cores as they are."""
     verdict = decide(task.make(), task.clocks, task.induction, task.cover)
     assert verdict.holds, (verdict.failed, verdict.missed)
     assert verdict.always >= bool(task.induction)

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Frames through a device whose gateware is the real one, each map compared with the reference model's."""
+"""Frames through a device with the real gateware; each map is compared with the reference model's."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ from .pairs import SEED, textured_pair
 
 
 def check_stream(device: Device, pairs: Iterable[Pair], settings: MatcherSettings) -> None:
-    """Match pairs, one after the other with several in flight, and compare each map with the model."""
+    """Match pairs, one after the other with several in flight, and compare each map with the model's."""
     for (left, right), result in zip(pairs, device.stream(pairs, settings), strict=True):
         assert np.array_equal(result.disparity, expected_map(left, right, settings))
         assert result.clocks <= 1.1*left.size + 20*left.shape[0] + 2000
 
 
 def check_small_frame(url: str, link_settings: LinkSettings | None = None) -> None:
-    """Match one pair in a session of its own."""
+    """Match one pair in a separate session."""
     left, right = textured_pair(70, 20, np.random.default_rng(SEED))
     with connect(url, link_settings) as device:
         check_stream(device, [(left, right)], MatcherSettings(32, 7))

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""In how many chunks a frame travels."""
+"""The number of chunks of a frame."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from litestereo.host_tools.protocol.messages import CHUNK_BYTES
 
 
 def image_chunks(width: int, height: int) -> int:
-    """Return the chunks of a stored frame, whose two images begin with a chunk each."""
+    """Return the number of chunks of a stored frame, whose images each start a new chunk."""
     return 2*-(-width*height // CHUNK_BYTES)
 
 
 def pair_chunks(width: int, height: int) -> int:
-    """Return the chunks of a streamed frame's pixel pairs, and the parts of any frame's map: 2 bytes per pixel."""
+    """Return the number of chunks of a streamed frame's pixel pairs, or of a map's parts: 2 bytes per pixel."""
     return -(-2*width*height // CHUNK_BYTES)

@@ -15,7 +15,7 @@ from litestereo.host_tools import cli
 
 
 def run(*arguments: object) -> Any:
-    """Exit status of the command."""
+    """Run the command; return its exit status."""
     try:
         return cli.main([str(argument) for argument in arguments])
     except SystemExit as end:
@@ -23,7 +23,7 @@ def run(*arguments: object) -> Any:
 
 
 def error_line(capfd: pytest.CaptureFixture[str]) -> str:
-    """The one line that a failed command has written."""
+    """Return the one line that a failed command has written."""
     out, err = capfd.readouterr()
     assert out == "", out
     assert err.startswith("litestereo: error: ") and err.endswith("\n") and err.count("\n") == 1, err

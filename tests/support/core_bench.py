@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""A pipeline core that is fed whole frames and checked item by item."""
+"""A pipeline core that gets whole frames, and whose items are checked one by one."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from litestereo.sim.cores.stream_core import StreamCore
 from .lanes import pack, unpack
 from .pairs import SEED
 
-#: A small matcher with everything.
+#: A small matcher with all features.
 SMALL = MatcherParameters(max_width=44, max_height=100, disparities=16, max_block_size=9)
 
 Fields = dict[str, NDArray[np.int64]]
 
 
 class CoreBench:
-    """The core's emitted Verilog, its items as fields by name.
+    """Simulate a core's emitted Verilog, with fields of items by name.
 
     Parameters
     ----------
@@ -34,7 +34,7 @@ class CoreBench:
     settings
         Names of the Signals that `set` drives.
     lanes
-        Lanes of those fields of the source that have many.
+        Number of lanes of those fields of the source that have several.
     pipeline
         The core never stalls.
     """
@@ -46,12 +46,12 @@ class CoreBench:
         self.lanes  = lanes
 
     def set(self, **settings: int) -> None:
-        """Drive settings, and let the thresholds settle that the core derives from them."""
+        """Drive settings, and wait until the thresholds that the core derives from them are valid."""
         self.core.set(**settings)
         self.settle()
 
     def settle(self, clocks: int = 6) -> None:
-        """Some idle clocks."""
+        """Run some idle clocks."""
         self.core.run(np.zeros((0, self.core.sink_words), np.uint32), 1, idle_clocks=clocks)
 
     def begin(self, **settings: int) -> None:
@@ -62,7 +62,7 @@ class CoreBench:
         self.core.set(begin=0)
 
     def run(self, fields: Fields, outputs: int, valid: float = 1.0, ready: float = 1.0) -> Fields:
-        """What comes out of a frame, which has to be `outputs` items."""
+        """Run a frame, and return its items, of which there must be `outputs`."""
         result = self.core.run(pack(self.module.sink, fields), outputs + 1, valid=valid, ready=ready, seed=SEED,
                                idle_clocks=3000)
         assert len(result.words) == outputs
@@ -71,7 +71,7 @@ class CoreBench:
         return unpack(self.module.source, result.words, self.lanes)
 
     def interrupt(self, fields: Fields, clock: int) -> None:
-        """Reset in mid-frame."""
+        """Reset the core in the middle of a frame."""
         words = pack(self.module.sink, fields)
         self.core.run(words, len(words), valid=0.7, seed=SEED, reset_clock=clock)
         self.core.reset()

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Stereo pairs from outside of the checkout."""
+"""Stereo pairs from outside the checkout."""
 
 from __future__ import annotations
 
@@ -25,20 +25,20 @@ from litestereo.soc.build.paths import build_directory
 DATA_FOLDER = Path(os.environ.get("LITESTEREO_DATA")
                    or Path(__file__).parents[3] / "shared" / "data" / "stereo")
 
-#: Pairs for which `stereo_pair` looks there.
+#: Pairs that `stereo_pair` finds there.
 FOLDERS = ("tsukuba", "venus", "teddy", "cones")
 
 #: All pairs that `stereo_pair` knows.
 PAIRS = (*FOLDERS, "motorcycle", "aloe")
 
-#: Debian's package of OpenCV's samples, and the Aloe pair in it.
+#: Debian's package of OpenCV's samples, and the Aloe pair in that package.
 ALOE_PACKAGE = "opencv-doc"
 ALOE_FOLDER  = "usr/share/doc/opencv-doc/examples/data"
 ALOE_FILES   = ("aloeL.jpg", "aloeR.jpg", "aloeGT.png")
 
 
 def stereo_folder(name: str) -> Path:
-    """Folder of the pair `name`, one of `FOLDERS`; skips the test if it is not there."""
+    """Return the folder of the pair `name`, one of `FOLDERS`; skip the test if it does not exist."""
     folder = DATA_FOLDER / name
     if not (folder / "left.png").is_file():
         pytest.skip(f"the pair {name} is not in {DATA_FOLDER}: set LITESTEREO_DATA to the pairs' folder")
@@ -47,7 +47,7 @@ def stereo_folder(name: str) -> Path:
 
 @functools.lru_cache(maxsize=2)
 def stereo_pair(name: str) -> StereoPair:
-    """The pair `name` in grey, with its truth; skips the test if it is not there and cannot be fetched."""
+    """Return the grey pair `name` with its truth; skip the test if it is neither here nor can be fetched."""
     if name == "motorcycle":
         try:
             return load_motorcycle(build_directory() / "datasets" / "motorcycle")
@@ -62,7 +62,7 @@ def stereo_pair(name: str) -> StereoPair:
 
 
 def _aloe_folder() -> Path:
-    """Where the package is installed, or the part of it that was fetched into the build folder."""
+    """Return the folder where the package is installed, or the part of it that was fetched into the build folder."""
     for folder in (Path("/") / ALOE_FOLDER, build_directory() / "datasets" / "aloe"):
         if all((folder / name).is_file() for name in ALOE_FILES):
             return folder

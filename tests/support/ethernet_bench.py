@@ -36,43 +36,43 @@ OUTCOMES = ("datagram", "arp_request", "other", "short", "long", "ip_length", "i
 
 
 class Frame(NamedTuple):
-    """A frame that came out of the module."""
+    """A frame that the module has sent."""
     session: int
-    clock:   int    #: of its first byte
+    clock:   int    #: clock of the first byte
     data:    bytes
 
 
 def litex_sim_core() -> Path:
-    """LiteX's sources of litex_sim."""
+    """Return the folder of LiteX's sources of litex_sim."""
     (litex,) = importlib.util.find_spec("litex").submodule_search_locations
     return Path(litex) / "build" / "sim" / "core"
 
 
 @functools.cache
 def build() -> Path:
-    """Builds the program under the sanitizers; skips the test if there is no compiler."""
+    """Build the program under the sanitizers; skip the test if there is no compiler."""
     if not shutil.which("gcc"):
         pytest.skip("gcc is needed to build the module for this computer")
     OUT.mkdir(parents=True, exist_ok=True)
     with open(OUT / "lock", "w", encoding="ascii") as lock:
-        # Test processes may run side by side.
+        # Several test processes may build at the same time.
         fcntl.flock(lock, fcntl.LOCK_EX)
         command = ["gcc", *FLAGS, "-isystem", litex_sim_core(), f"-I{MODULE}",
                    CHECKOUT / "tests/support/ethernet_bench.c", "-o", OUT / "new", "-ljson-c"]
         done    = subprocess.run(command, capture_output=True, text=True, check=False)
         assert done.returncode == 0, done.stderr
-        # A program that runs cannot be written to.
+        # A running program cannot be overwritten.
         (OUT / "new").rename(OUT / "ethernet_bench")
     return OUT / "ethernet_bench"
 
 
 class EthernetBench:
-    """The module with one or two sessions; a sanitizer's complaint fails the test at the end.
+    """The module with one or two sessions; an error of a sanitizer fails the test at the end.
 
     Parameters
     ----------
     arguments
-        Of each session, as in litex_sim's configuration; None for none.
+        Arguments of each session, as in litex_sim's configuration; None for no arguments.
     """
     def __init__(self, *arguments: dict[str, object] | None) -> None:
         command: list[str | Path] = [build()]
@@ -81,7 +81,7 @@ class EthernetBench:
         pipe              = subprocess.PIPE
         self._process     = subprocess.Popen(command, stdin=pipe, stdout=pipe, stderr=pipe, text=True)
         self.ports        = [self._port() for _ in arguments or (None,)]  #: of 127.0.0.1, one per session
-        self.complaints: list[str] = []                                   #: what it said, known when it has ended
+        self.complaints: list[str] = []                                   #: standard error, known after the end
 
     def __enter__(self) -> EthernetBench:
         return self
@@ -108,31 +108,31 @@ class EthernetBench:
         return answers
 
     def send(self, frames: Sequence[bytes], session: int = 0) -> None:
-        """Put frames of the SoC in line, a clock apart; they begin when time runs."""
+        """Queue frames of the SoC, a clock apart; they start with the next `run`."""
         for frame in frames:
             self._ask(f"send {session} {frame.hex()}")
 
     def run(self, clocks: int) -> list[Frame]:
-        """Let time run; the frames that the SoC got."""
+        """Advance the time; return the frames that the SoC received."""
         return [Frame(int(session), int(clock), bytes.fromhex(data))
                 for _, session, clock, data in self._ask(f"run {clocks}")]
 
     def deliver(self, frames: Sequence[bytes]) -> list[Frame]:
-        """Send frames of the SoC and let time run until the last one is through and answered."""
+        """Send frames of the SoC, and advance the time until the last one is sent and answered."""
         self.send(frames)
         return self.run(sum(map(len, frames)) + len(frames) + 200)
 
     def fuzz(self, frames: Sequence[bytes], seed: int, count: int) -> int:
-        """Send `count` mutations of `frames`; how many of them were datagrams for a socket, which none reaches."""
+        """Send `count` mutations of `frames`; return how many were datagrams for a socket, which none reaches."""
         self.send(frames)
         ((_, delivered),) = self._ask(f"fuzz 0 {seed} {count}")
         return int(delivered)
 
     def set_clock(self, clock: int, session: int = 0) -> None:
-        """Make this the module's clock, as if so many had passed."""
+        """Set the module's clock, as if so many clocks had passed."""
         self._ask(f"clock {session} {clock}")
 
     def outcomes(self, session: int = 0) -> dict[str, int]:
-        """The counters that are not 0."""
+        """Return the counters that are not 0."""
         ((_, *numbers),) = self._ask(f"outcomes {session}")
         return {name: int(number) for name, number in zip(OUTCOMES, numbers, strict=True) if int(number)}

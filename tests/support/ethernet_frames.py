@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Ethernet frames, field by field as the RFCs have them: written without a look at the module that they test."""
+"""Ethernet frames, field by field as the RFCs define them, and independent of the module that they test."""
 
 from __future__ import annotations
 
@@ -23,37 +23,37 @@ class Station(NamedTuple):
     port:    int = 0
 
 
-#: As far as the module's defaults and the host that it plays go.
+#: The device as the module's defaults have it, and the host that the module plays.
 DEVICE = Station("10:e2:d5:00:00:02", "192.168.1.50", 19539)
 HOST   = Station("02:00:00:00:00:64", "192.168.1.100")
 
 
 def mac_bytes(mac: str) -> bytes:
-    """Six bytes."""
+    """Return the six bytes of an address."""
     return bytes.fromhex(mac.replace(":", ""))
 
 
 def ip_bytes(address: str) -> bytes:
-    """Four bytes."""
+    """Return the four bytes of an address."""
     return ipaddress.IPv4Address(address).packed
 
 
 def checksum(data: bytes) -> int:
-    """Internet checksum, RFC 1071."""
+    """Return the Internet checksum, RFC 1071."""
     total  = sum(struct.unpack(f">{(len(data) + 1)//2}H", data + bytes(len(data) % 2)))
     folded = (total - 1) % 0xffff + 1 if total else 0
     return 0xffff - folded
 
 
 def ethernet(destination: str, source: str, kind: int, payload: bytes, padding: bytes = bytes(46)) -> bytes:
-    """Frame without preamble and FCS, filled up to 60 bytes from `padding`."""
+    """Return a frame without preamble and FCS, filled to 60 bytes from `padding`."""
     frame = mac_bytes(destination) + mac_bytes(source) + struct.pack(">H", kind) + payload
     return frame + padding[:max(0, 60 - len(frame))]
 
 
 def ip_packet(source: str, destination: str, payload: bytes, *, protocol: int = 17, options: bytes = b"",
               fragment: int = 0x4000, total: int | None = None, wrong: int = 0, first: int | None = None) -> bytes:
-    """IPv4; `wrong` is added to the checksum, `first` and `total` replace what is right."""
+    """Return an IPv4 packet; `wrong` is added to the checksum, `first` and `total` replace the correct values."""
     length = 20 + len(options) + len(payload) if total is None else total
     first  = 0x45 + len(options)//4 if first is None else first
 
@@ -66,7 +66,7 @@ def ip_packet(source: str, destination: str, payload: bytes, *, protocol: int = 
 
 def udp_packet(source: Station, destination: Station, payload: bytes, *, length: int | None = None,
                check: bool = False, wrong: int = 0) -> bytes:
-    """UDP header and payload, with a checksum or without; `wrong` is added to it, `length` replaces the right one."""
+    """Return UDP header and payload; `wrong` is added to a checksum, `length` replaces the correct length."""
     length = 8 + len(payload) if length is None else length
     header = struct.pack(">HHH", source.port, destination.port, length)
     number = 0
@@ -77,32 +77,32 @@ def udp_packet(source: Station, destination: Station, payload: bytes, *, length:
 
 
 def datagram(source: Station, destination: Station, payload: bytes, padding: bytes = bytes(46)) -> bytes:
-    """A whole frame with nothing wrong."""
+    """Return a whole, correct frame."""
     packet = ip_packet(source.address, destination.address, udp_packet(source, destination, payload))
     return ethernet(destination.mac, source.mac, 0x0800, packet, padding)
 
 
 def arp(operation: int, sender: Station, target: Station, destination: str, source: str | None = None) -> bytes:
-    """A whole frame: request (1) or answer (2)."""
+    """Return a whole frame: request (1) or answer (2)."""
     packet = struct.pack(">HHBBH6s4s6s4s", 1, 0x0800, 6, 4, operation, mac_bytes(sender.mac), ip_bytes(sender.address),
                          mac_bytes(target.mac), ip_bytes(target.address))
     return ethernet(destination, source or sender.mac, 0x0806, packet)
 
 
 def on_the_wire(frame: bytes) -> bytes:
-    """A frame with its preamble and FCS."""
+    """Return a frame with its preamble and FCS."""
     return PREAMBLE + frame + zlib.crc32(frame).to_bytes(4, "little")
 
 
 def off_the_wire(data: bytes) -> bytes:
-    """A frame without them; asserts that both are right."""
+    """Return a frame without preamble and FCS; assert that both are correct."""
     frame = data[len(PREAMBLE):-4]
     assert data == on_the_wire(frame)
     return frame
 
 
 def host_takes(frame: bytes, device: Station = DEVICE) -> tuple[int, bytes] | None:
-    """Port and payload of a frame that the host's application gets from the device; None if it does not."""
+    """Return port and payload that the host's application gets from a frame of the device; None if it gets nothing."""
     if not 60 <= len(frame) <= 1514 or frame[:6] != mac_bytes(HOST.mac) or frame[12:14] != b"\x08\x00":
         return None
     packet = frame[14:]

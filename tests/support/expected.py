@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""The map that a device has to give."""
+"""The map that a device must return."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from litestereo.host_tools.core.settings import MatcherSettings
 from litestereo.host_tools.devices.base import Pair, Result
 from litestereo.sim.models.stereo_bm import stereo_bm
 
-#: What the tests of the links match with, unless they say otherwise.
+#: Settings of the link tests, unless they say otherwise.
 SETTINGS = MatcherSettings(32, 7)
 
 
 def expected_map(left: NDArray[np.uint8], right: NDArray[np.uint8], settings: MatcherSettings) -> NDArray[np.int16]:
-    """The reference model's map of a pair."""
+    """Return the reference model's map of a pair."""
     return stereo_bm(left, right, settings)
 
 
 def expect(result: Result, pair: Pair, settings: MatcherSettings = SETTINGS,
            expected: Callable[..., NDArray[np.int16]] = expected_map) -> None:
-    """Assert that a result has the map of a pair, that of the model unless `expected` computes another one."""
+    """Assert that a result holds the map of a pair, as the model or else `expected` computes it."""
     assert np.array_equal(result.disparity, expected(*pair, settings))

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""A bad line: a TCP proxy that changes bytes in both directions, drawn from a seeded generator."""
+"""A bad serial line: a TCP proxy that changes bytes in both directions, drawn from a seeded generator."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from dataclasses import dataclass, field
 
 @dataclass
 class Faults:
-    """Chance per byte that a fault begins there, and how often each fault has happened."""
+    """Chance per byte that a fault begins there, and counts of each fault."""
 
     rate:     float = 0.0
     flipped:  int   = 0
@@ -29,7 +29,7 @@ class Faults:
     repeated: int   = 0
     rng:      random.Random = field(default_factory=random.Random)
 
-    #: Most bytes that are dropped or repeated at once; fewer than a message has, so that none comes twice.
+    #: Longest piece that is dropped or repeated; shorter than a message, so that no message comes twice.
     LONGEST_RUN = 20
 
     def apply(self, data: bytes) -> bytes:
@@ -103,7 +103,7 @@ class Proxy(threading.Thread):
                 self._ended.set()
             data = self._to_host.apply(data)
             for host in self._hosts:
-                # A host that has just hung up is noticed when it is read.
+                # A host that has hung up is noticed when its socket is read.
                 with contextlib.suppress(ConnectionError):
                     host.sendall(data)
         elif data:
@@ -114,13 +114,13 @@ class Proxy(threading.Thread):
             line.close()
 
     def plug_in(self, device_port: int) -> None:
-        """Puts another device in the place of the one there is; hosts notice only by what they hear."""
+        """Replace the device by another one; hosts notice only by its replies."""
         self._plugged.put(device_port)
         while not self._plugged.empty():
             time.sleep(0.01)
 
     def stop(self) -> None:
-        """Ends it and waits for the end."""
+        """Stop the proxy, and wait until it has stopped."""
         self._ended.set()
         self.join(5)
 
@@ -128,7 +128,7 @@ class Proxy(threading.Thread):
 @contextlib.contextmanager
 def proxied(device_port: int, to_device: Faults | None = None,
             to_host: Faults | None = None) -> Iterator[Proxy]:
-    """A device behind a line with these faults; without any the line is a good one that hosts share."""
+    """Connect a device through a line with these faults; without any the line is a good one that hosts share."""
     proxy = Proxy(device_port, to_device or Faults(), to_host or Faults())
     proxy.start()
     try:

@@ -14,7 +14,7 @@ import litestereo.gateware
 
 
 def altered(module: str, old: str, new: str):
-    """Module of the gateware in which `new` stands in place of `old`, which has to be there once."""
+    """Return a gateware module in which `new` replaces `old`, which must occur once."""
     (path,) = Path(litestereo.gateware.__file__).parent.rglob(f"{module}.py")
     package = ".".join(["litestereo", *path.parent.relative_to(Path(litestereo.gateware.__file__).parents[1]).parts])
     source = path.read_text()

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Images of a firmware that nobody runs, for tests of updates."""
+"""Firmware images that never run, for tests of updates."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ import zlib
 
 def image(length: int = 5000, version: int = 0x0102, name: str = "LiteStereo", soc: int = 0,
           confirms: bool = True) -> bytes:
-    """An image for the native device, unless it is for another: its program has `length` bytes."""
+    """Return an image, for the native device by default, with a program of `length` bytes."""
     tag     = struct.pack("<4sIII16s", b"LSFW", soc, version, confirms, name.encode())
     program = random.Random(length).randbytes(length - len(tag)) + tag
     return with_header(program)
 
 
 def with_header(program: bytes) -> bytes:
-    """A program as an image: length, CRC-32, program."""
+    """Return a program as an image: length, CRC-32, program."""
     return struct.pack("<II", len(program), zlib.crc32(program)) + program

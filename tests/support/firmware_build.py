@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Builds the firmware's C sources for this computer: under the sanitizers, or with counts of what is run."""
+"""Build the firmware's C sources for this computer: under the sanitizers, or with counts of executed lines."""
 
 from __future__ import annotations
 
@@ -22,17 +22,17 @@ from .paths import CHECKOUT
 OUT     = CHECKOUT / "build" / "firmware_tests"
 COUNTED = CHECKOUT / "build" / "firmware_coverage"
 
-#: Programs that are silent and end with 0 if all is well.
+#: Programs that print nothing and end with 0 if all is well.
 UNITS = sorted({path.stem for path in (CHECKOUT / "firmware" / "tests").rglob("test_*.c")} - {"test_vectors"})
 
 
 class BuildError(RuntimeError):
-    """The firmware does not compile: what the compiler says first."""
+    """The firmware does not compile; holds the compiler's first error."""
 
 
 @functools.cache
 def build_tests() -> Path:
-    """Builds all test programs, or brings them up to date; skips the test if there is no compiler."""
+    """Build all test programs that are not up to date; skip the test if there is no compiler."""
     if not shutil.which("gcc") or not shutil.which("make"):
         pytest.skip("gcc and make are needed to build the firmware for this computer")
     with _locked(OUT):
@@ -42,7 +42,7 @@ def build_tests() -> Path:
 
 @contextlib.contextmanager
 def build_for_coverage() -> Iterator[Path]:
-    """The same programs without sanitizers, in a folder where they count what they run, for this process alone."""
+    """Build the same programs without sanitizers, in a private folder, where they count what they run."""
     with _locked(COUNTED):
         _make(COUNTED, "SANITIZE=-O0 --coverage -fprofile-update=atomic")
         yield COUNTED
@@ -52,7 +52,7 @@ def build_for_coverage() -> Iterator[Path]:
 def _locked(out: Path) -> Iterator[None]:
     out.mkdir(parents=True, exist_ok=True)
     with open(out / "lock", "w", encoding="ascii") as lock:
-        # Test processes may run side by side.
+        # Several test processes may build at the same time.
         fcntl.flock(lock, fcntl.LOCK_EX)
         yield
 

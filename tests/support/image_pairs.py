@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Pairs that are awkward for a matcher, each in its own way."""
+"""Pairs that are awkward for a matcher, each in a different way."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Image = NDArray[np.uint8]
 
 
 def awkward_pairs(rng: np.random.Generator, width: int, height: int) -> Iterator[tuple[str, Image, Image]]:
-    """Name, left and right image (uint8, H x W) of every kind."""
+    """Yield name, left and right image (uint8, H x W) of every kind."""
     noise, other = (rng.integers(0, 256, (height, width), np.uint8) for _ in range(2))
     left, right  = textured_pair(width, height, rng, int(rng.integers(1, 17)))
     row, column  = np.mgrid[:height, :width]

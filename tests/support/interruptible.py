@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Programs that are ended by Ctrl-C."""
+"""Programs that end with Ctrl-C."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from typing import IO
 
 @contextlib.contextmanager
 def interruptible(command: Sequence[str], **streams: int | IO[str]) -> Iterator[subprocess.Popen[str]]:
-    """A program that heeds SIGINT, even if the tests run in the background of a shell, and never outlives its test."""
+    """Start a program that obeys SIGINT, even if the tests run in the background of a shell; it ends with its test."""
     with subprocess.Popen(["env", "--default-signal=INT", *command], text=True, **streams) as program:
         try:
             yield program

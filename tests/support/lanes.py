@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Items of the cores' streams as NumPy arrays, and the positions of a frame's pixels."""
+"""Items of the cores' streams as NumPy arrays, and the positions of the pixels of a frame."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 
 def pack(endpoint, fields: dict[str, NDArray]) -> NDArray[np.uint32]:
-    """Words of an endpoint's items: N values per field, or N x lanes for a field of many lanes; absent ones are 0."""
+    """Return the words of an endpoint's items: N values per field, N x lanes for one of lanes; absent fields are 0."""
     count = len(next(iter(fields.values())))
     bits  = []
     for name, width, *_ in endpoint.description.payload_layout:
@@ -25,7 +25,7 @@ def pack(endpoint, fields: dict[str, NDArray]) -> NDArray[np.uint32]:
 
 
 def unpack(endpoint, words: NDArray[np.uint32], lanes: dict[str, int] | None = None) -> dict[str, NDArray[np.uint64]]:
-    """Fields of an endpoint's items, as `pack` takes them."""
+    """Return the fields of an endpoint's items, as `pack` takes them."""
     bits   = np.unpackbits(np.ascontiguousarray(words).view(np.uint8), axis=1, bitorder="little")
     result = {}
     start  = 0
@@ -40,7 +40,7 @@ def unpack(endpoint, words: NDArray[np.uint32], lanes: dict[str, int] | None = N
 
 def steps(width: int, height: int, disparities: int, block_size: int, min_disparity: int = 0, outer: int = 0,
           ahead: int = 1) -> dict[str, NDArray[np.int64]]:
-    """What the raster says of each step of a frame, in order: see `Raster`. Fields of one bit are 0 or 1."""
+    """Return the marks and positions of each step of a frame, in order: see `Raster`. Fields of one bit are 0 or 1."""
     slot, row   = (index.ravel() for index in np.meshgrid(np.arange(width + ahead + 2*outer),
                                                           np.arange(height + ahead)))
     column, line = slot - ahead, row - ahead

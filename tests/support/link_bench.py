@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""The frame link in Verilator with a memory: datagrams in, datagrams out, and what software sees of it."""
+"""The frame link in Verilator with a memory: datagrams in, datagrams out, and the registers that software sees."""
 
 from __future__ import annotations
 
@@ -37,9 +37,9 @@ JOB      = ("address", "port", "type", "session", "sequence", "frame_id", "offse
 
 
 class LinkInRAM(LiteXModule):
-    """Frame link and memory, with a plain stream on each side, and Signals in place of registers.
+    """Frame link and memory, with a plain stream on each side, and Signals instead of registers.
 
-    In place of the matcher a pixel pair is the disparity: what comes as pairs leaves as parts of a map.
+    There is no matcher: each pixel pair becomes a disparity, so pairs come back as parts of a map.
     """
     def __init__(self, data_width: int) -> None:
         self.ram    = ram  = WideRAM(MEMORY_BYTES, data_width)
@@ -56,7 +56,7 @@ class LinkInRAM(LiteXModule):
             self.source.address.eq(link.source.ip_address),
             self.source.port.eq(link.source.dst_port),
         ]
-        self.slow = Signal(4) # Bits of a counter that are 0 when a pair passes.
+        self.slow = Signal(4) # Bits of a counter that must be 0 for a pair to pass.
         count     = Signal(4)
         awake     = Signal()
         self.sync += count.eq(count + 1)
@@ -92,14 +92,14 @@ class LinkInRAM(LiteXModule):
 
 @dataclass(frozen=True)
 class Datagram:
-    """Bytes, and the address and port that they come from or go to."""
+    """Bytes, and the address and port of their sender or receiver."""
     data: bytes
     peer: tuple[int, int] = PEER
     error: bool = False
 
 
 def wire_items(datagrams: Iterable[Datagram]) -> tuple[np.ndarray, np.ndarray]:
-    """Datagrams as items of `WIRE`, and the marks `last`."""
+    """Return datagrams as items of `WIRE`, and the marks `last`."""
     rows, lasts = [], []
     for datagram in datagrams:
         count = max(1, -(-len(datagram.data)//4))
@@ -109,7 +109,7 @@ def wire_items(datagrams: Iterable[Datagram]) -> tuple[np.ndarray, np.ndarray]:
         be[-1] = 1 << (len(datagram.data) - 1) % 4
         address, port = datagram.peer
         error = np.full(count, 0xf if datagram.error else 0, np.uint64)
-        # Bits from 0 up: data 32, last_be 4, error 4, address 32, port 16.
+        # Bit positions from 0: data 32, last_be 4, error 4, address 32, port 16.
         item[:, 0] = words
         item[:, 1] = be | error << np.uint64(4) | np.uint64((address & 0xffffff) << 8)
         item[:, 2] = address >> 24 | port << 8
@@ -129,30 +129,30 @@ class LinkBench:
         self.begin()
 
     def begin(self, token: int = 0x1234) -> None:
-        """As firmware does when it starts and a session begins."""
+        """Start a session, as the firmware does."""
         self.set(enable=1, token=token, peer_address=PEER[0], peer_port=PEER[1], mailbox_base=MAILBOX_BASE, consumed=0)
 
     def set(self, **values: int) -> None:
-        """Drive Signals that registers drive."""
+        """Drive Signals that replace registers."""
         self.core.set(**{f"set_{name}": value for name, value in values.items()})
 
     def get(self, name: str) -> int:
-        """A status."""
+        """Return a status."""
         return self.core.get(f"get_{name}")
 
     def pulse(self, name: str) -> None:
-        """A Signal for one clock."""
+        """Set a Signal for one clock."""
         self.set(**{name: 1})
         self.clocks(1)
         self.set(**{name: 0})
         self.clocks(1)
 
     def clocks(self, count: int) -> None:
-        """Nothing on the wire for some clocks; what the device would send has to wait."""
+        """Run some clocks with an idle wire that accepts nothing from the device."""
         self.core.run(np.zeros((0, 3), np.uint32), 1, ready=0.0, idle_clocks=count)
 
     def receive(self, datagrams: Iterable[Datagram], valid: float = 1.0, seed: int = 0, settle: int = 3000) -> None:
-        """Put datagrams on the wire, and let the device settle."""
+        """Put datagrams on the wire, and wait until the device has handled them."""
         words, last = wire_items(datagrams)
         self.core.run(words, 1, last=last, valid=valid, ready=0.0, seed=seed, idle_clocks=settle)
 
@@ -169,17 +169,17 @@ class LinkBench:
         self.pulse("close")
 
     def open_stream(self, frame_id: int, pixels: int, sequence: int = 1) -> None:
-        """Take pairs of a frame, and send its map."""
+        """Accept the pairs of a frame, and send its map."""
         self.set(stream_frame_id=frame_id, stream_pixels=pixels, sequence=sequence)
         self.pulse("stream_open")
 
     def close_stream(self) -> None:
-        """Give the streamed frame up, and let what of its map is being sent go."""
+        """Abort the streamed frame, and wait until the part that is being sent is sent."""
         self.pulse("stream_close")
         self.take(1)
 
     def arrived(self, slot: int, chunks: int) -> list[bool]:
-        """Which chunks of a slot have arrived."""
+        """Return which chunks of a slot have arrived."""
         flags = []
         for word in range(-(-chunks//32)):
             self.set(arrived_index=slot*(MAX_CHUNKS//32) + word)
@@ -188,23 +188,23 @@ class LinkBench:
         return flags[:chunks]
 
     def missing(self, slot: int) -> int:
-        """Chunks that the slot still lacks."""
+        """Return how many chunks the slot lacks."""
         self.set(arrived_index=slot*(MAX_CHUNKS//32))
         self.clocks(3)
         return self.get("missing")
 
     def stage(self, **job: int) -> None:
-        """Fields of a job; those not named are 0."""
+        """Set the fields of a job; those not named are 0."""
         self.set(**{f"send_{name}": job.get(name, 0) for name in JOB})
 
     def send(self, kind: str, outputs: int, ready: float = 1.0, seed: int = 0, **job: int) -> list[Datagram]:
-        """Start a `reply` or a `burst`, and take as many datagrams from the wire."""
+        """Start a `reply` or a `burst`, and return as many datagrams from the wire."""
         self.stage(**job)
         self.pulse(kind)
         return self.take(outputs, ready, seed)
 
     def take(self, outputs: int, ready: float = 1.0, seed: int = 0) -> list[Datagram]:
-        """The next datagrams that the device sends; fewer if it stops."""
+        """Return the next datagrams that the device sends; fewer if it stops."""
         datagrams: list[Datagram] = []
         data = bytearray()
         while len(datagrams) < outputs:
@@ -221,31 +221,31 @@ class LinkBench:
         return datagrams
 
     def memory(self, base: int, length: int) -> bytes:
-        """Bytes of the memory, as the device sends them."""
+        """Return bytes of the memory, as the device sends them."""
         count     = -(-length//CHUNK_BYTES)
         datagrams = self.send("burst", count, base=base, length=length, address=PEER[0], port=PEER[1])
         assert len(datagrams) == count
         return b"".join(Message.decode(datagram.data).payload for datagram in datagrams)
 
     def counters(self) -> dict[str, int]:
-        """All counters."""
+        """Return all counters."""
         return {name: self.get(name) for name in COUNTERS}
 
 
 def chunk_offsets(pixels: int) -> list[tuple[int, int]]:
-    """Offset and length of every chunk of a frame whose images have so many pixels."""
+    """Return offset and length of every chunk of a frame whose images have so many pixels."""
     pitch = -(-pixels//CHUNK_BYTES)*CHUNK_BYTES
     return [(base + start, min(CHUNK_BYTES, pixels - start))
             for base in (0, pitch) for start in range(0, pixels, CHUNK_BYTES)]
 
 
 def upload(frame_id: int, offset: int, payload: bytes, token: int = 0x1234, **fields: int) -> bytes:
-    """An UPLOAD as bytes."""
+    """Return an UPLOAD as bytes."""
     return Message(MessageType.UPLOAD, token, 1, frame_id, offset, payload, **fields).encode()
 
 
 def pairs(frame_id: int, offset: int, payload: bytes, token: int = 0x1234) -> bytes:
-    """A chunk of pairs as bytes."""
+    """Return a chunk of pairs as bytes."""
     return Message(TYPE_PAIRS, token, 1, frame_id, offset, payload).encode()
 
 

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""A memory behind the ports of a core in Verilator, which takes its time and checks the manners of its masters."""
+"""A memory for the ports of a core in Verilator, which stalls at random and checks the protocol of its masters."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from litex.soc.interconnect import wishbone
 
 
 def port_pins(prefix: str, port) -> tuple[dict, dict]:
-    """Inputs and outputs of a core for one memory port, by the names that the memory models use."""
+    """Return inputs and outputs of a core for one memory port, by the names that the memory models use."""
     if isinstance(port, wishbone.Interface):
         return ({f"{prefix}_{name}": getattr(port, name) for name in ("dat_r", "ack", "err")},
                 {f"{prefix}_{name}": getattr(port, name) for name in ("adr", "dat_w", "sel", "cyc", "stb", "we")})
@@ -30,32 +30,32 @@ def port_pins(prefix: str, port) -> tuple[dict, dict]:
 
 
 class Memory:
-    """Bytes, and a record of which words were touched.
+    """Bytes, and a record of the words that were accessed.
 
-    `speed` is the chance per clock that the memory moves on: 1.0 never waits.
+    `speed` is the chance per clock that the memory advances: at 1.0 it never waits.
     """
     def __init__(self, size: int, word_bytes: int, rng: random.Random, speed: float = 1.0) -> None:
         self.bytes      = bytearray(rng.randbytes(size))
         self.word_bytes = word_bytes
         self.rng        = rng
         self.speed      = speed
-        self.fail_after = None  #: accesses until one is answered with an error; None: never
+        self.fail_after = None  #: accesses until one is answered with an error; None: no error
         self.reads:  list[int] = []
         self.writes: list[int] = []
 
     def goes(self) -> bool:
-        """Whether the memory moves on in this clock."""
+        """Return whether the memory advances in this clock."""
         return self.rng.random() < self.speed
 
     def fails(self) -> bool:
-        """Whether this access is to fail."""
+        """Return whether this access fails."""
         if self.fail_after is None:
             return False
         self.fail_after -= 1
         return self.fail_after < 0
 
     def read(self, word: int) -> int:
-        """A word; addresses beyond the end wrap, as the address bits of a real memory do."""
+        """Return a word; addresses above the end wrap, as the address bits of a real memory do."""
         start = word*self.word_bytes % len(self.bytes)
         self.reads.append(start)
         return int.from_bytes(self.bytes[start:start + self.word_bytes], "little")
@@ -74,23 +74,23 @@ class Slave:
         self.reset()
 
     def get(self, name: str) -> int:
-        """Value of the master's pin."""
+        """Return the value of the master's pin."""
         return self.core.get(f"{self.prefix}_{name}")
 
     def put(self, **values: int) -> None:
-        """Drive pins towards the master."""
+        """Drive pins to the master."""
         self.core.set(**{f"{self.prefix}_{name}": value for name, value in values.items()})
 
 
 class WishboneSlave(Slave):
-    """Answers a Wishbone master. Classic cycles: an access, once begun, stays until it is answered."""
+    """A Wishbone slave. Classic cycles: a started access is stable until it is answered."""
 
     def reset(self) -> None:
-        """Forget an access that a reset has cut off."""
+        """Forget an access that a reset has aborted."""
         self.open: tuple[int, int] | None = None
 
     def step(self) -> None:
-        """Before each rising edge: answer, or not yet."""
+        """Answer or stall; called before each rising edge."""
         request = (self.get("adr"), self.get("we")) if self.get("cyc") and self.get("stb") else None
         assert self.open in (None, request), "the master let go of an access that was not answered"
         self.open = request
@@ -111,16 +111,16 @@ class WishboneSlave(Slave):
 
 
 class NativeSlave(Slave):
-    """Answers a LiteDRAM native port: commands queue, data follow in their order, and read data do not wait."""
+    """A LiteDRAM native port: commands queue, data follow in order, and read data do not wait."""
     def reset(self) -> None:
-        """Forget what a reset has cut off."""
+        """Forget all that a reset has aborted."""
         self.reads:  deque[int] = deque()
         self.writes: deque[int] = deque()
         self.held: tuple[int, int] | None = None
 
     def step(self) -> None:
-        """Before each rising edge: take commands, move data."""
-        # Data of commands of earlier clocks.
+        """Accept commands and transfer data; called before each rising edge."""
+        # Data of commands from earlier clocks.
         moves_read  = bool(self.reads) and self.memory.goes()
         moves_write = bool(self.writes) and self.memory.goes()
         self.put(rdata_valid=moves_read, wdata_ready=moves_write,
@@ -130,7 +130,7 @@ class NativeSlave(Slave):
         if moves_write and self.get("wdata_valid"):
             assert self.get("wdata_we") == 2**self.memory.word_bytes - 1
             self.memory.write(self.writes.popleft(), self.get("wdata_data"))
-        # Command.
+        # Commands.
         ready = self.memory.goes()
         self.put(cmd_ready=ready)
         command = (self.get("cmd_addr"), self.get("cmd_we")) if self.get("cmd_valid") else None
@@ -141,5 +141,5 @@ class NativeSlave(Slave):
 
 
 def slave(core, prefix: str, port, memory: Memory) -> WishboneSlave | NativeSlave:
-    """Model for the kind of the port."""
+    """Return the model for the kind of the port."""
     return (WishboneSlave if isinstance(port, wishbone.Interface) else NativeSlave)(core, prefix, memory)

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""A network of one's own: what a test sets up there is seen by nobody, and gone at its end."""
+"""A private network namespace: a test's network is invisible outside, and disappears at the end."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from pathlib import Path
 
 import pytest
 
-#: The loopback interface of a new namespace is down.
+#: The loopback interface of a new namespace is down: set it up.
 ENTER = ("unshare", "--net", "sh", "-c", 'ip link set lo up && exec "$@"', "sh")
 
-#: Ends well where a TAP can be made.
+#: Succeeds where a TAP can be made.
 MAKE_TAP = ("ip", "tuntap", "add", "dev", "tap0", "mode", "tap")
 
 
 @functools.cache
 def _obstacle() -> str | None:
-    """Why namespaces with a TAP are not to be had here; None if they are."""
+    """Return why namespaces with a TAP are not available here; None if they are."""
     for tool in ("unshare", "ip"):
         if not shutil.which(tool):
             return f"the command {tool} is needed for a network namespace"
@@ -33,9 +33,9 @@ def _obstacle() -> str | None:
 
 
 def run_in_namespace(command: Sequence[str | Path], timeout_s: float = 300.0) -> str:
-    """Run a command in a network namespace with nothing but loopback; its output.
+    """Run a command in a network namespace that has only a loopback interface; return its output.
 
-    Skips the test where that is not permitted, and fails it if the command fails.
+    Skips the test where this is not permitted, and fails it if the command fails.
     """
     if obstacle := _obstacle():
         pytest.skip(obstacle)

@@ -39,21 +39,21 @@ def build() -> Path:
 
 @contextlib.contextmanager
 def native_device(*options: str) -> Iterator[int]:
-    """Run the program, and give its TCP port; at the end, an error of a sanitizer fails the test."""
+    """Run the program, and return its TCP port; at the end, an error of a sanitizer fails the test."""
     with _running(options) as process:
         yield _port(process, "listening on 127.0.0.1:")
 
 
 @contextlib.contextmanager
 def native_udp_device(*options: str) -> Iterator[int]:
-    """Run the program on a network too, and give its UDP port."""
+    """Run the program on a network too, and return its UDP port."""
     with native_ports(*options) as (_, port):
         yield port
 
 
 @contextlib.contextmanager
 def native_ports(*options: str) -> Iterator[tuple[int, int]]:
-    """Run the program, and give both of its ports: TCP, which carries the serial line, and UDP."""
+    """Run the program, and return both of its ports: TCP, which carries the serial line, and UDP."""
     with _running(["--udp-port", "0", *options]) as process:
         yield _port(process, "listening on 127.0.0.1:"), _port(process, "listening on udp 127.0.0.1:")
 

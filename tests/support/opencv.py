@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""`cv2.StereoBM` as the yardstick."""
+"""`cv2.StereoBM` as the reference."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from litestereo.sim.models.stereo_bm import invalid_value, used_columns
 
 def opencv_map(left: NDArray[np.uint8], right: NDArray[np.uint8],
                settings: Settings) -> NDArray[np.int16]:
-    """OpenCV's disparity map; of the settings those that it has."""
+    """Return OpenCV's disparity map; settings that it lacks are ignored."""
     matcher = cv2.StereoBM_create(settings.disparities, settings.block_size)
     matcher.setMinDisparity(settings.min_disparity)
     matcher.setPreFilterCap(settings.prefilter_cap)
@@ -28,15 +28,15 @@ def opencv_map(left: NDArray[np.uint8], right: NDArray[np.uint8],
 
 
 def defined_region(shape: tuple[int, int], settings: Settings) -> tuple[slice, slice]:
-    """Rows and columns of an H x W map that OpenCV 5.0.0 gives a value of its own."""
+    """Return rows and columns of an H x W map to which OpenCV 5.0.0 assigns a value."""
     height, width = shape
     columns       = used_columns(width, settings)
     if columns.first >= width or columns.right_first >= width or columns.count < 1:
-        return slice(height), slice(width)  # Nothing to match: all invalid.
+        return slice(height), slice(width)  # There is nothing to match: all pixels are invalid.
     if columns.valid.start >= columns.valid.stop:
-        return slice(0), slice(0)           # Memory as it was found.
+        return slice(0), slice(0)           # Uninitialized memory.
     if settings.min_disparity > 0:
-        # What it writes past the end of a row stands where the next row begins.
+        # OpenCV writes beyond the end of a row, into the next row.
         margin = settings.block_size // 2
         return slice(margin, height - margin), columns.valid
     return slice(height), slice(width)
@@ -44,7 +44,7 @@ def defined_region(shape: tuple[int, int], settings: Settings) -> tuple[slice, s
 
 def same_as_opencv(disparity: NDArray[np.int16], left: NDArray[np.uint8], right: NDArray[np.uint8],
                    settings: Settings) -> None:
-    """Requires that a map is OpenCV's on every pixel that OpenCV defines, and invalid on the others."""
+    """Assert that a map equals OpenCV's on every pixel that OpenCV defines, and is invalid on the others."""
     expected = np.full(left.shape, invalid_value(settings), np.int16)
     region   = defined_region((left.shape[0], left.shape[1]), settings)
     expected[region] = opencv_map(left, right, settings)[region]

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Where the checkout is."""
+"""The folder of the checkout."""
 
 from pathlib import Path
 

@@ -3,13 +3,13 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""The images that the firmware makes up: firmware/lib/pattern.h."""
+"""The images that the firmware generates: firmware/lib/pattern.h."""
 
 import numpy as np
 
 
 def pattern(width, height, seed):
-    """Words of xorshift32, little-endian, the first one after one step from the seed."""
+    """Return words of xorshift32, little-endian, the first one after one step from the seed."""
     words = np.empty((width * height + 3) // 4, "<u4")
     state = seed
     for index in range(len(words)):

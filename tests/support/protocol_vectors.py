@@ -32,7 +32,7 @@ CAPABILITIES = payloads.Capabilities(
     slots=2, chunk_size=CHUNK_BYTES, sys_clk_hz=100_000_000, name="LiteStereo",
 )
 
-#: As a device with values after the fixed fields tells it; one number is unknown to the host tools.
+#: Capabilities of a newer device, with more values after the fixed fields; the host tools do not know one number.
 MORE_CAPABILITIES = replace(CAPABILITIES, more={1: 16, 2: 262136, 0xffff: 7})
 
 STATUS = payloads.FrameStatus(state=payloads.FrameState.DONE, slot=1, error=0, clocks=123456,
@@ -42,7 +42,7 @@ PROGRESS = payloads.UpdateProgress(state=payloads.UpdateState.WRITING, failure=0
 
 
 def _types() -> Iterator[tuple[str, Message]]:
-    """Every request with its reply, and every error."""
+    """Yield every request with its reply, and every error."""
     number   = payloads.pack_number
     settings = payloads.pack_parameters({Parameter.DISPARITIES: 64, Parameter.BLOCK_SIZE: 9})
     counters = {name: 1000 + index for index, name in enumerate(payloads.COUNTERS)}
@@ -79,7 +79,7 @@ def _types() -> Iterator[tuple[str, Message]]:
 
 
 def _edges() -> Iterator[tuple[str, Message]]:
-    """Runs around the 254 bytes of a COBS block, zeros only, and header fields at their limits."""
+    """Yield payloads around the 254 bytes of a COBS block, zeros only, and header fields at their limits."""
     generator = random.Random(20140801)
 
     def upload(payload: bytes) -> Message:
@@ -101,12 +101,12 @@ def _edges() -> Iterator[tuple[str, Message]]:
 
 
 def vectors() -> dict[str, Message]:
-    """Every vector by its name, in the order of the file."""
+    """Return every vector by its name, in the order of the file."""
     return dict([*_types(), *_edges()])
 
 
 def vector_text() -> str:
-    """What the file of vectors must hold."""
+    """Return the text of the file of vectors."""
     return "".join(f"{name} {message.encode().hex()} {encode_frame(message.encode()).hex()}\n"
                    for name, message in vectors().items())
 

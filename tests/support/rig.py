@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""A made-up pair of cameras with lenses that distort, and what they see: boards, a plane, a box."""
+"""A made-up pair of cameras whose lenses distort, and the scene: boards, a plane, a box."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ FOCAL_PX      = 420.0
 BASELINE_M    = 0.1
 SQUARE_M      = 0.025
 
-#: Rays per pixel, each way.
+#: Rays per pixel, in each direction.
 _RAYS = 2
 
 Vector = NDArray[np.float64]
@@ -28,7 +28,7 @@ Vector = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Surface:
-    """A rectangle: its corner, its two sides as vectors, in metres, and what is painted on it (uint8, H x W)."""
+    """A rectangle: a corner and two sides as vectors, in metres, and the picture on it (uint8, H x W)."""
 
     corner:  Vector
     across:  Vector
@@ -38,7 +38,7 @@ class Surface:
 
 @dataclass(frozen=True, eq=False)
 class Camera:
-    """A camera at `place` (3, metres) whose axes are the columns of `rotation`, 3 x 3, in those of the world."""
+    """A camera at `place` (3, metres); the columns of `rotation`, 3 x 3, are its axes in world coordinates."""
 
     matrix:     Vector
     distortion: Vector
@@ -54,16 +54,16 @@ class Camera:
         object.__setattr__(self, "rays", rays)
 
     def image(self, surfaces: list[Surface]) -> NDArray[np.uint8]:
-        """What the camera sees, grey where there is nothing."""
+        """Return the camera's image, grey where there is nothing."""
         seen, _ = trace(self.place, self.rays, surfaces)
         fine    = seen.reshape(HEIGHT*_RAYS, WIDTH*_RAYS)
         return np.rint(cv2.resize(fine, (WIDTH, HEIGHT), interpolation=cv2.INTER_AREA)).astype(np.uint8)
 
 
 def trace(place: Vector, rays: Vector, surfaces: list[Surface]) -> tuple[NDArray[np.float32], Vector]:
-    """What `rays` (N x 3) from `place` meet: grey values, and at how many times their length, inf for nothing.
+    """Trace `rays` (N x 3) from `place`; return grey values, and distances in lengths of a ray, inf for a miss.
 
-    N is a multiple of WIDTH, for OpenCV's sake.
+    N is a multiple of WIDTH, as OpenCV requires.
     """
     seen, nearest = np.full(len(rays), 90, np.float32), np.full(len(rays), np.inf)
     for surface in surfaces:
@@ -75,7 +75,7 @@ def trace(place: Vector, rays: Vector, surfaces: list[Surface]) -> tuple[NDArray
         down   = there @ surface.down/(surface.down @ surface.down)
         hit    = (times > 0) & (times < nearest) & (abs(across - 0.5) <= 0.5) & (abs(down - 0.5) <= 0.5)
         height, width = surface.picture.shape
-        # Pixels of a picture are areas: the first one's middle is half a pixel from the edge.
+        # Pixels of a picture are areas: the centre of the first one is half a pixel from the edge.
         maps   = [(values - 0.5).astype(np.float32).reshape(-1, WIDTH) for values in (across*width, down*height)]
         values = cv2.remap(surface.picture.astype(np.float32), *maps, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
         seen[hit], nearest[hit] = values.reshape(-1)[hit], times[hit]
@@ -84,7 +84,7 @@ def trace(place: Vector, rays: Vector, surfaces: list[Surface]) -> tuple[NDArray
 
 @functools.cache
 def cameras() -> tuple[Camera, Camera]:
-    """The pair: the right camera is rotated a little, and its lens is another one."""
+    """Return the pair: the right camera is slightly rotated, and has a different lens."""
     rotation = cv2.Rodrigues(np.radians([0.4, -0.9, 0.3]))[0]
     left     = np.array([[FOCAL_PX, 0, 243.0], [0, FOCAL_PX + 1, 176.0], [0, 0, 1]])
     right    = np.array([[FOCAL_PX + 3, 0, 236.0], [0, FOCAL_PX + 2, 182.0], [0, 0, 1]])
@@ -94,7 +94,7 @@ def cameras() -> tuple[Camera, Camera]:
 
 
 def flat(picture: NDArray[np.uint8], width_m: float, middle: Vector, degrees: Vector) -> Surface:
-    """A surface around `middle` that is rotated by `degrees` about the three axes; its height is the picture's."""
+    """Return a surface around `middle`, rotated by `degrees` about the three axes; its height is the picture's."""
     rotation = cv2.Rodrigues(np.radians(degrees))[0]
     across   = rotation @ np.array([width_m, 0, 0])
     down     = rotation @ np.array([0, width_m*picture.shape[0]/picture.shape[1], 0])
@@ -102,21 +102,21 @@ def flat(picture: NDArray[np.uint8], width_m: float, middle: Vector, degrees: Ve
 
 
 def chessboard(columns: int = 9, rows: int = 6, square_px: int = 24) -> NDArray[np.uint8]:
-    """A chessboard of `columns` x `rows` inner corners with a white margin of a square."""
+    """Return a chessboard of `columns` x `rows` inner corners with a white margin of a square."""
     squares = np.indices((rows + 1, columns + 1)).sum(axis=0) % 2
     picture = np.kron(np.pad(squares, 1, constant_values=1), np.ones((square_px, square_px)))
     return (20 + 215*picture).astype(np.uint8)
 
 
 def board_places(rng: np.random.Generator, count: int) -> list[tuple[Vector, Vector]]:
-    """Centres (metres) and rotations (degrees) of a board that both cameras see wholly, all over their images."""
+    """Return centres (metres) and rotations (degrees) of a board that both cameras see whole, all over their images."""
     grid = [(x, y) for y in (-0.12, 0.0, 0.12) for x in (-0.12, -0.04, 0.04, 0.12)]
     return [(np.array([BASELINE_M/2 + x, y, rng.uniform(0.52, 0.68)]), rng.uniform((-28, -28, -12), (28, 28, 12)))
             for x, y in (grid*count)[:count]]
 
 
 def take(folder: Path, name: str, surfaces: list[Surface]) -> tuple[Path, Path]:
-    """Writes what both cameras see as left/NAME.png and right/NAME.png below `folder`."""
+    """Write the images of both cameras as left/NAME.png and right/NAME.png below `folder`."""
     paths = folder/"left"/f"{name}.png", folder/"right"/f"{name}.png"
     for path, camera in zip(paths, cameras(), strict=True):
         path.parent.mkdir(parents=True, exist_ok=True)

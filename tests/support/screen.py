@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""What a screen should show of a map, and what the simulated one shows."""
+"""The picture that a screen should show of a map, and the one that the simulated screen shows."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-#: Pixels of the screen, width and height.
+#: Width and height of the screen in pixels.
 SIZE = (640, 480)
 
 #: Pads of the simulated PHY.
 PADS = [("clk", 1), ("de", 1), ("hsync", 1), ("vsync", 1), ("r", 8), ("g", 8), ("b", 8)]
 
-#: What a monitor measures of it: clocks of pixels in a picture, and lines, both with what is not seen.
+#: What a monitor measures: pixel clocks and lines of a picture, both with blanking.
 CLOCKS, LINES = 800*525, 525
 
 
 @dataclass(frozen=True)
 class Shown:
-    """A picture of the simulated screen: its number, from 1 on, clocks and lines, and rows x columns x RGB, uint8."""
+    """A picture of the simulated screen: its number, from 1, clocks and lines, and rows x columns x RGB, uint8."""
     number: int
     clocks: int
     lines:  int
@@ -36,14 +36,14 @@ class Shown:
 
 def expected_picture(disparity: NDArray[np.int16], disparities: int, min_disparity: int = 0,
                      size: tuple[int, int] = SIZE) -> NDArray[np.uint8]:
-    """Grey picture of a map, rows x columns: the middle of either on that of the other, halves rounded down.
+    """Return the grey picture of a map, rows x columns, centred on the screen; halves are rounded down.
 
     Parameters
     ----------
     disparity
         Sixteenths of a pixel, rows x columns.
     disparities, min_disparity
-        As in the settings, pixels; the largest that is searched becomes 255.
+        As in the settings, pixels; the largest searched disparity becomes 255.
     size
         Width and height of the picture, pixels.
     """
@@ -64,7 +64,7 @@ def expected_picture(disparity: NDArray[np.int16], disparities: int, min_dispari
 
 def drawn_picture(programs: Path, disparity: NDArray[np.int16], disparities: int, min_disparity: int = 0,
                   size: tuple[int, int] = SIZE) -> NDArray[np.uint8]:
-    """The same by the firmware, compiled for this computer."""
+    """Return the same picture as the firmware draws it, compiled for this computer."""
     numbers = [*size, disparity.shape[1], disparity.shape[0], disparities, min_disparity]
     done    = subprocess.run([programs / "draw_map"], capture_output=True, check=False,
                              input=" ".join(map(str, numbers)).encode() + b"\n" + disparity.tobytes())
@@ -73,7 +73,7 @@ def drawn_picture(programs: Path, disparity: NDArray[np.int16], disparities: int
 
 
 def shown_picture(path: Path) -> Shown:
-    """What the litex_sim module video2file has written last."""
+    """Return the picture that the litex_sim module video2file has written last."""
     head, comment, width, height, pixels = re.fullmatch(
         rb"(P6)\n# (picture \d+, \d+ clocks, \d+ lines)\n(\d+) (\d+)\n255\n(.*)", path.read_bytes(), re.DOTALL).groups()
     assert head == b"P6"

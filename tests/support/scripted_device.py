@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Devices that follow a script of a test, for what the real firmware never does."""
+"""Devices that follow a script of a test, for behaviour that the real firmware never shows."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ class ScriptedTransport:
 
 @contextlib.contextmanager
 def scripted_server(script: Script | None) -> Iterator[str]:
-    """Serve a script at a TCP port, one connection after the other, and give its URL.
+    """Serve a script at a TCP port, one connection after the other, and return its URL.
 
     Without a script, connections are closed as soon as they are made.
     """

@@ -18,6 +18,6 @@ def script(name: str) -> ModuleType:
     path   = Path(__file__).parents[2] / ".ci" / f"{name}.py"
     spec   = importlib.util.spec_from_file_location(f"ci_{name}", path)
     module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module # Dataclasses look for the module of their annotations.
+    sys.modules[spec.name] = module # Dataclasses look up the module of their annotations.
     spec.loader.exec_module(module)
     return module

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Settings drawn at random."""
+"""Random settings."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from litestereo.host_tools.core.settings import MatcherSettings
 
 
 class UncheckedSettings(MatcherSettings):
-    """Settings that need not be in the range of any device: the model's is OpenCV's, with disparities below zero."""
+    """Settings outside the range of any device: the model's range is OpenCV's, with disparities below zero."""
 
     def __post_init__(self) -> None:
         """Check nothing."""
@@ -21,7 +21,7 @@ class UncheckedSettings(MatcherSettings):
 
 def drawn_settings(rng: np.random.Generator, largest_block: int = 21, largest_range: int = 64,
                    min_disparity: int | None = None) -> MatcherSettings:
-    """Settings anywhere in the range that OpenCV computes without an error of its own."""
+    """Draw settings from the whole range that OpenCV computes without an error."""
     wide = rng.random() < 0.3
     make = MatcherSettings if min_disparity is None or min_disparity >= 0 else UncheckedSettings
     return make(
@@ -36,7 +36,7 @@ def drawn_settings(rng: np.random.Generator, largest_block: int = 21, largest_ra
 
 
 def any_settings(rng: np.random.Generator, largest_block: int = 21, largest_range: int = 64) -> MatcherSettings:
-    """Settings anywhere in the range of the gateware, which is wider than that of OpenCV."""
+    """Draw settings from the whole range of the gateware, which is wider than that of OpenCV."""
     return MatcherSettings(
         disparities       = int(rng.integers(1, largest_range // 16 + 1))*16,
         block_size        = int(rng.integers(2, largest_block // 2 + 1))*2 + 1,

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Wheels without contents, for what pip does with them."""
+"""Wheels without contents, for tests of pip's behaviour."""
 
 from __future__ import annotations
 

@@ -7,7 +7,7 @@
 
     tap_host.py RAM
 
-It prints what it saw as JSON.
+It prints its results as JSON.
 """
 
 from __future__ import annotations
@@ -24,20 +24,20 @@ from litestereo.sim.system.simulation import start_simulation
 ADDRESS = "192.168.1.50"
 NONCE   = 0x1234abcd
 
-#: Longest wait for one answer, and how often it is asked for: a simulated clock takes microseconds.
+#: Longest wait for an answer, and number of tries: a simulated clock takes microseconds.
 TIMEOUT_S = 5.0
 TRIES     = 6
 
 
 def ask(socket_: socket.socket, question: bytes, address: tuple[str, int]) -> bytes | None:
-    """The first answer that comes from `address`, None if none does."""
+    """Return the first answer from `address`, None if there is none."""
     socket_.settimeout(TIMEOUT_S)
     for _ in range(TRIES):
         try:
             socket_.sendto(question, address)
             answer, sender = socket_.recvfrom(2048)
         except (TimeoutError, OSError):
-            # OSError: while nobody has answered ARP the kernel finds no route to the host.
+            # OSError: until ARP is answered, the kernel finds no route to the host.
             continue
         if sender == address:
             return answer
@@ -45,8 +45,8 @@ def ask(socket_: socket.socket, question: bytes, address: tuple[str, int]) -> by
 
 
 def ping(payload: bytes) -> bool:
-    """Whether the echo comes back whole; the kernel makes the checksum, and checks that of the answer."""
-    # Who may open such a socket: the group root.
+    """Return whether the echo comes back whole; the kernel computes the checksum, and checks that of the answer."""
+    # Groups that may open such a socket: root.
     Path("/proc/sys/net/ipv4/ping_group_range").write_text("0 0")
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM, socket.IPPROTO_ICMP) as echo:
         answer = ask(echo, struct.pack(">BBHHH", 8, 0, 0, 0, 1) + payload, (ADDRESS, 0))
@@ -54,7 +54,7 @@ def ping(payload: bytes) -> bool:
 
 
 def hello() -> bool:
-    """Whether the device answers a hello, and to the socket that sent it."""
+    """Return whether the device answers a hello at the socket that sent it."""
     request = Message(MessageType.HELLO, payload=struct.pack("<I", NONCE))
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as link:
         answer = ask(link, request.encode(), (ADDRESS, UDP_PORT))
@@ -65,13 +65,13 @@ def hello() -> bool:
 
 
 def hardware_address() -> str | None:
-    """What the kernel's ARP has found out."""
+    """Return the address that the kernel's ARP has found."""
     lines = [line.split() for line in Path("/proc/net/arp").read_text().splitlines()]
     return next((fields[3] for fields in lines if fields[0] == ADDRESS), None)
 
 
 def main() -> None:
-    """Start the simulation, talk, tell."""
+    """Start the simulation, talk to it, and print the results."""
     with start_simulation(ram=sys.argv[1], wire="tap"):
         print(json.dumps({"pings": [ping(bytes(range(length))) for length in (56, 1, 0)], "hello": hello(),
                           "hardware_address": hardware_address()}))

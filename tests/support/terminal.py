@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""A person at the serial line: the console without a session, whoever holds it."""
+"""A person at the serial line: the console without a session, also while a host holds one."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _PROMPT = "litestereo> "
 
 
 def typed(port: int, line: str, timeout_s: float = 20.0) -> str:
-    """What the console behind TCP port `port` prints for `line`, without echo and prompt."""
+    """Return what the console at TCP port `port` prints for `line`, without echo and prompt."""
     give_up_at = time.monotonic() + timeout_s
     text       = ""
     with socket.create_connection(("127.0.0.1", port), timeout=1) as terminal:
@@ -32,5 +32,5 @@ def typed(port: int, line: str, timeout_s: float = 20.0) -> str:
 
 
 def counters(port: int) -> dict[str, int]:
-    """The counters that the console tells, by name; asking changes no counter of a network."""
+    """Return the counters that the console prints, by name; to ask changes no counter of a network."""
     return {name: int(value) for name, value in re.findall(r"^(\w+): (\d+)$", typed(port, "stats"), re.MULTILINE)}

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""A device on a network, written in Python after docs/protocol.md, for what tests want to see, set or break."""
+"""A device on a network, written in Python after docs/protocol.md, for tests that observe, set or break its state."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ _LENGTHS = {MessageType.HELLO: 4, MessageType.OPEN: 4, MessageType.READ: 4} | di
 
 
 def made_up_map(left: NDArray[np.uint8], right: NDArray[np.uint8], settings: MatcherSettings) -> NDArray[np.int16]:
-    """Return what this device sends as disparity map: each byte of the images and each parameter changes it."""
+    """Return the map that this device sends: it depends on each byte of the images and on each parameter."""
     return _made_up(left, right, settings.parameters)
 
 
@@ -83,7 +83,7 @@ class _Frame:
 
 
 class UdpDevice(threading.Thread):
-    """The device; `counters` are those of its protocol, `requests` all that came, in their order.
+    """The device; `counters` are those of its protocol, `requests` all that were received, in order.
 
     Requests of the types in `ignored` are recorded, and have no other effect.
 
@@ -106,7 +106,7 @@ class UdpDevice(threading.Thread):
         self.requests:  list[Message] = []
         self.ignored:   set[int]  = set()
         self._slots     = slots
-        self.more: dict[int, int] = {}  # Further capabilities; an older firmware has none.
+        self.more: dict[int, int] = {}  # Further capabilities; older firmware has none.
         self._silence_s = silence_s
         self._match_s   = match_s
         self.datagram_s = datagram_s

@@ -22,13 +22,13 @@ HOLD_S = 0.005
 class _Held:
     to:        Any
     datagram:  bytes
-    overtakes: int #: how many others have yet to overtake it
+    overtakes: int #: number of others that will overtake it
     since:     float
 
 
 @dataclass
 class Faults:
-    """Chances per datagram, and how often each fault has happened.
+    """Chances per datagram, and counts of each fault.
 
     A reordered datagram is overtaken by 1 to `distance` others. `carried` counts the datagrams that entered.
     """

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""A bad network: a UDP proxy that loses, doubles, delays and changes datagrams, both ways."""
+"""A bad network: a UDP proxy that loses, doubles, delays and changes datagrams, in both directions."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ class UdpProxy(threading.Thread):
             one.close()
 
     def _carry(self, selector: selectors.BaseSelector, one: socket.socket) -> None:
-        # A socket reports that the device has gone when something is sent to it; hosts have to notice its silence.
+        # A socket reports that the device has gone when something is sent to it; hosts notice its silence.
         with contextlib.suppress(BlockingIOError, ConnectionError):
             for _ in range(64):
                 datagram, sender = one.recvfrom(4096)

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Videos of made-up pairs, and cameras that are not there."""
+"""Videos of made-up pairs, and fake cameras."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Image = NDArray[np.uint8]
 
 
 def write_video(path: Path, images: Sequence[Image]) -> None:
-    """Writes grey images (uint8, H x W) as motion JPEG in an AVI, which OpenCV has a codec of its own for."""
+    """Write grey images (uint8, H x W) as motion JPEG in an AVI, for which OpenCV has a built-in codec."""
     height, width = images[0].shape
     writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*"MJPG"), 25, (width, height))
     writer.set(cv2.VIDEOWRITER_PROP_QUALITY, 100)
@@ -30,7 +30,7 @@ def write_video(path: Path, images: Sequence[Image]) -> None:
 
 
 class FakeCapture:
-    """In place of `cv2.VideoCapture`: cameras that show `scenes`, by their numbers, over and over up to `frames`."""
+    """Replacement of `cv2.VideoCapture`: cameras that show `scenes`, by their numbers, in a loop up to `frames`."""
 
     scenes: dict[int, Image] = {}
     frames: int              = 1 << 30
@@ -41,25 +41,25 @@ class FakeCapture:
         self._left  = self.frames
 
     def open(self, number: int) -> bool:
-        """Opens camera `number` if there is one."""
+        """Open camera `number` if it exists."""
         self._image = self.scenes.get(number)
         self.opened.append(self)
         return self._image is not None
 
     def set(self, name: int, value: float) -> bool:
-        """Takes any property."""
+        """Accept any property."""
         return True
 
     def grab(self) -> bool:
-        """Takes a frame, while there are some."""
+        """Take a frame, while any remain."""
         self._left -= 1
         return self._left >= 0
 
     def retrieve(self) -> tuple[bool, Image | None]:
-        """The frame that was taken, in colour as cameras give it."""
+        """Return the frame that was taken, in colour as cameras deliver it."""
         return True, cv2.cvtColor(self._image, cv2.COLOR_GRAY2BGR)
 
     def release(self) -> None:
-        """Is open no more."""
+        """Close the camera."""
         if self in self.opened:
             self.opened.remove(self)
