@@ -5,9 +5,9 @@
 
 """Count the lines of the gateware that the tests run.
 
-`--count-gateware` begins, and leaves its counts in the build folder. `--count-gateware-on` goes on from the counts that
-the first part of the tests has left, and fails if both together have run too few: it is for the second part. Without a
-first part of the same code it counts nothing.
+`--count-gateware` starts, and saves its counts in the build folder. `--count-gateware-on` continues from the counts
+of the first part of the tests, and fails if both parts together have run too few lines: it is for the second part.
+Without a first part of the same code it counts nothing.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from campaigns.coverage import gateware
 from litestereo.sim.cores.verilated_core import coverage_directory
 from litestereo.soc.build.paths import PACKAGE_DIR, build_directory, code_key
 
-#: Of the gateware's lines, what the tests have run.
+#: Lines of the gateware that the tests have run.
 PERCENT = pytest.StashKey[float]()
 
 
@@ -34,7 +34,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def _first_part() -> Path:
-    """Return the file that says of which code the counts are."""
+    """Return the file that holds the key of the counted code."""
     return build_directory() / "coverage.key"
 
 
@@ -43,7 +43,7 @@ def _gateware_key() -> str:
 
 
 def _begins(config: pytest.Config) -> bool:
-    # With xdist the workers run the tests, and the other process looks at what they have left.
+    # With xdist the workers run the tests, and the main process reads their counts.
     return config.getoption("count_gateware") and not hasattr(config, "workerinput")
 
 
@@ -81,5 +81,5 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: p
 
 @pytest.fixture(autouse=True)
 def _forget_names():
-    """migen keeps whatever has ever made a Signal, and for each new one looks through all of that."""
+    """Forget the objects that migen keeps for every Signal ever made: it searches all of them for each new Signal."""
     tracer.classname_to_objs.clear()

@@ -27,13 +27,13 @@ GENERATED = {".git", ".venv", "build", "dist", "node_modules"}
 #: Folders at the top: a name in code marks that begins with one of them is a file.
 FOLDERS = {".ci", "docs", "firmware", "gateware", "host_tools", "sim", "soc", "tests"}
 
-#: Ends of names that are files, if a folder is in front of them.
+#: Endings of names that are files, if a folder precedes them.
 SUFFIXES = (".py", ".c", ".h", ".cpp", ".md", ".toml", ".txt", ".ld")
 
 #: Folders that a path may be relative to: pages of the firmware name `app/main.c`.
 ROOTS = ("", "docs", "firmware", "firmware/include", "tests/gateware")
 
-#: What has no meaning as a path or a word: `FILE`, `<key>`, `*.py`, `...`.
+#: Words that name no file: `FILE`, `<key>`, `*.py`, `...`.
 PLACEHOLDER = re.compile(r"[<>*{}]|\.\.\.|\bBOARD\b")
 
 #: Folders whose rooms are below them, or in C.
@@ -228,13 +228,13 @@ CHECKS: dict[str, Check] = {"links": bad_links, "paths": bad_paths, "make": bad_
 @pytest.mark.parametrize("page", pages())
 @pytest.mark.parametrize("kind", CHECKS)
 def test_what_a_page_names_exists(kind: str, page: str) -> None:
-    """Files, headings, targets, variables, modules, commands and options."""
+    """Every file, heading, target, variable, module, command and option that a page names exists."""
     if page not in HISTORY or kind == "links":
         assert list(CHECKS[kind](page, text_of(page))) == []
 
 
 def test_pages_are_found() -> None:
-    """None of the pages is missed by the walk."""
+    """The walk finds all pages."""
     assert {"README.md", "CONTRIBUTING.md", "docs/architecture.md", "docs/boards/ulx3s.md"} <= set(pages())
 
 
@@ -257,7 +257,7 @@ def test_pages_are_found() -> None:
     ("options",  "use `--faster`",                                  "--faster: no program has this option"),
 ])
 def test_what_does_not_exist_is_found(kind: str, text: str, complaint: str) -> None:
-    """Each kind of mistake, in a page of its own."""
+    """Each kind of mistake is found, in a page with no other."""
     assert list(CHECKS[kind]("README.md", text)) == [complaint]
 
 
@@ -267,12 +267,12 @@ def test_what_does_not_exist_is_found(kind: str, text: str, complaint: str) -> N
     "`litestereo --help`", "    litestereo match a b -o out --device model:  # --comment", "`drivers/`", "`and/or`",
 ])
 def test_what_is_no_mistake_passes(text: str) -> None:
-    """Other projects' pages, placeholders, generated files, comments."""
+    """Pages of other projects, placeholders, generated files and comments are no mistakes."""
     assert not [line for check in CHECKS.values() for line in check("README.md", text)]
 
 
 def test_help_names_every_target_and_variable() -> None:
-    """Each target has a group and a text, and CONTRIBUTING has it; each variable has a default and a text."""
+    """Each target has a group and a text, and CONTRIBUTING lists it; each variable has a default and a text."""
     makefile = (CHECKOUT / "Makefile").read_text()
     targets  = make_targets()
     phony    = set(makefile.split(".PHONY:")[1].replace("\\", " ").split())
@@ -290,7 +290,7 @@ def test_help_names_every_target_and_variable() -> None:
 
 
 def test_the_rooms_are_those_that_imports_are_checked_by() -> None:
-    """CONTRIBUTING lists each room and what it may import as `test_rooms` has it."""
+    """CONTRIBUTING lists each room and what it may import, as `test_rooms` does."""
     section = text_of("CONTRIBUTING.md").split("\n## Rooms\n")[1].split("\n## ")[0]
     listed  = {row[1]: tuple(re.findall(r"`([^`]+)`", row[2]))
                for row in re.finditer(r"(?m)^\| `([^`]+)` \| (.*) \|$", section)}

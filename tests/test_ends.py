@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""The host tools with the oldest releases that they allow; and how .ci/ends.py finds a Python, and what it refuses."""
+"""The host tools with their oldest supported releases; which Python .ci/ends.py finds, and what it refuses."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ LOW  = ends.ENDS[0]
 
 @pytest.mark.long
 def test_low_end():
-    """Skipped without Python 3.10 or without a network, by the words of the script; the high end is in `make ends`."""
+    """The low end works; skipped without Python 3.10 or without a network. The high end is in `make ends`."""
     done = subprocess.run([sys.executable, CHECKOUT / ".ci" / "ends.py", "low"], capture_output=True, text=True,
                           check=False, timeout=900)
     print(done.stdout, done.stderr)
@@ -44,14 +44,14 @@ def executable(path, text):
 
 @pytest.fixture
 def no_python(monkeypatch, tmp_path):
-    """No Python 3.10 on PATH and no pyenv."""
+    """Hide Python 3.10 from PATH and pyenv."""
     monkeypatch.setenv("PATH", str(tmp_path))
     monkeypatch.delenv(LOW.variable, raising=False)
     return tmp_path
 
 
 def test_no_interpreter(no_python):
-    """None at all, a shim that fails, a file that does not run, another version."""
+    """No interpreter is found if there is none, or a shim that fails, a file that does not run, or another version."""
     assert ends.interpreter(LOW) == ""
     path = no_python / "python3.10"
     for text in ("echo 'python3.10: command not found' >&2; exit 127", "echo 3.11"):
@@ -62,7 +62,7 @@ def test_no_interpreter(no_python):
 
 
 def test_interpreter(no_python, monkeypatch):
-    """The second on PATH, after a shim that fails; one of pyenv; and the variable before all others."""
+    """The second one on PATH is found after a shim that fails, and one of pyenv; the variable has priority."""
     executable(no_python / "python3.10", "exit 127")
     other = no_python / "other"
     other.mkdir()
@@ -83,7 +83,7 @@ def test_interpreter(no_python, monkeypatch):
 
 
 def test_no_network(monkeypatch, tmp_path):
-    """Told apart from what else pip may say: that nothing answers, and that a package is not what was locked."""
+    """A missing network is told from other errors of pip, such as a package that is not the locked one."""
     for name, text, error in (("deaf", "'NewConnectionError: no route', retrying", ends.NoNetworkError),
                               ("wrong", "THESE PACKAGES DO NOT MATCH THE HASHES", ends.EndError)):
         with pytest.raises(ends.EndError) as caught:
@@ -92,7 +92,7 @@ def test_no_network(monkeypatch, tmp_path):
 
 
 def test_size(tmp_path):
-    """Bytes of files, links by themselves."""
+    """Files count their bytes, links count themselves."""
     (tmp_path / "folder").mkdir()
     (tmp_path / "folder" / "file").write_bytes(bytes(1000))
     (tmp_path / "link").symlink_to("folder")
@@ -104,7 +104,7 @@ def test_size(tmp_path):
     (1, "migen==0.10.0\n", "not of the host tools: migen"),
 ])
 def test_refused(monkeypatch, tmp_path, weight, strangers, message):
-    """An environment that is too large, or has packages of the gateware in it."""
+    """An environment that is too large, or contains packages of the gateware, is refused."""
     def run(*command, **_):
         if "freeze" in command:
             return f"numpy==1.26.0\n{strangers}"

@@ -3,9 +3,9 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Every command that says how to install something works: LiteStereo is on no package index, so that it names a file.
+"""Every command that says how to install something works: LiteStereo is on no package index, so it names a file.
 
-The commands are those in the documents, in the help, and in the errors of the host tools; one of them is run.
+The commands are those in the documents, in the help, and in errors of the host tools; one of them is run.
 """
 
 from __future__ import annotations
@@ -40,12 +40,12 @@ OPTIONS = {"--editable", "--no-deps", "--force-reinstall"}
 
 
 def is_opencv(word):
-    """Whether a word is one of the packages of OpenCV, with versions or without."""
+    """Return whether a word is one of OpenCV's packages, with or without a version."""
     return re.split("[<>=]", word)[0] in opencv.DISTRIBUTIONS
 
 
 def wrong(command):
-    """What is wrong with a command `... pip install ...` or `... pip uninstall ...`, or "" if it works."""
+    """Return what is wrong with a command `... pip install ...` or `... pip uninstall ...`, or "" if it works."""
     before, _, after = command.partition(" install ")
     if not after:
         removed = command.partition(" uninstall ")[2].split()
@@ -66,14 +66,14 @@ def wrong(command):
 
 
 def commands(text):
-    """The commands of pip in a text: between backticks, or an indented line."""
+    """Return the pip commands in a text: between backticks, or in an indented line."""
     found = re.findall(r"`([^`\n]*\bpip (?:un)?install [^`\n]*)`", text)
     rest  = re.sub(r"`[^`\n]*`", "", text)
     return found + [line.strip() for line in re.findall(r"(?m)^ +[^\n]*\bpip (?:un)?install [^\n]*$", rest)]
 
 
 def documents():
-    """Texts for people, and where they are: documents of all folders, what the Makefile prints, sources."""
+    """Yield texts for people, and their places: all documents, the output of the Makefile, sources."""
     names = subprocess.run(["git", "ls-files", "--cached", "--others", "--exclude-standard"], check=True, cwd=CHECKOUT,
                            capture_output=True, text=True).stdout.splitlines()
     return {name: (CHECKOUT / name).read_text() for name in names
@@ -91,7 +91,7 @@ def test_commands_that_do_not_work(command):
 
 
 def test_documents():
-    """The README has commands for people who use the host tools, the others may."""
+    """The README has commands for users of the host tools; other documents may have some."""
     pages = {name: text for name, text in documents().items() if name.endswith(".md")}
     found = {(name, command) for name, text in pages.items() for command in commands(text)}
     assert len({command for name, command in found if name == "README.md"}) >= 10
@@ -99,7 +99,7 @@ def test_documents():
 
 
 def test_nothing_else_names_an_index():
-    """No text has an extra of the name alone, and no source spells a command itself."""
+    """No text names an extra without a file, and no source spells a command itself."""
     for name, text in documents().items():
         assert not re.search(r"litestereo\[|pip install '?litestereo(?!-)", text), name
         if not name.endswith(".md"):
@@ -107,7 +107,7 @@ def test_nothing_else_names_an_index():
 
 
 def helps(capsys):
-    """The help of each command by its name."""
+    """Return the help of each command by its name."""
     def printed(*arguments):
         with pytest.raises(SystemExit):
             cli.main([*arguments, "--help"])
@@ -127,7 +127,7 @@ def test_help(capsys):
 
 
 def test_errors():
-    """Each extra that a module asks for is one of the project's, and the error's command installs it."""
+    """Each extra that a module needs is one of the project's, and the command in the error installs it."""
     asked = {extra for text in documents().values() for extra in re.findall(r'import_extra\([^,]+, "(\w+)"', text)}
     assert asked == {"view", "ros", "cluster", "gateware"}
     for extra in asked:
@@ -138,7 +138,7 @@ def test_errors():
 
 
 def test_error_of_an_import_within(tmp_path, monkeypatch):
-    """The package that is named is the one that is missing; a damaged installation is no missing extra."""
+    """The error names the missing package; a damaged installation is not a missing extra."""
     (tmp_path / "outer.py").write_text("import nopackage.inner\n")
     (tmp_path / "damaged.py").write_text("import litestereo.nothing\n")
     monkeypatch.syspath_prepend(tmp_path)
@@ -149,7 +149,7 @@ def test_error_of_an_import_within(tmp_path, monkeypatch):
 
 
 def test_opencv(monkeypatch):
-    """The commands for an environment without OpenCV, and with two; the range is that of the project."""
+    """The commands for environments without OpenCV, and with two, have the project's range."""
     (required,) = (one for one in PROJECT["dependencies"] if one.startswith("opencv"))
     assert required == opencv.REQUIREMENT
     ends = {one.operator: tuple(map(int, one.version.split(".")[:2])) for one in Requirement(required).specifier}
@@ -175,10 +175,10 @@ def run(*command, cwd):
 @pytest.mark.long
 @pytest.mark.parametrize("place", [0, 1], ids=["wheel", "noopencv"])
 def test_the_command_of_an_error(wheels, place, tmp_path, monkeypatch):
-    """What the installed wheel says, done in a shell elsewhere, installs the extra; without the packages pip fails.
+    """The command that the installed wheel prints installs the extra, from any folder; without the packages pip fails.
 
-    The packages are stubs of the releases that are asked for, so there is no need of a network. That the wheel
-    `+noopencv` brings no OpenCV shows here too.
+    The packages are stubs of the requested releases, so no network is needed. The test also shows that the wheel
+    `+noopencv` brings no OpenCV.
     """
     stubs = tmp_path / "stubs with a blank"
     stubs.mkdir()

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""What is installed is what was locked: .ci/lock holds every package with its hashes, and .ci/install checks them."""
+"""Only locked packages are installed: .ci/lock holds every package with its hashes, and .ci/install checks them."""
 
 from __future__ import annotations
 
@@ -38,12 +38,12 @@ WANTED = {"build": PROJECT["build-system"]["requires"],
           "high": BASE,
           "ends": [one for one in EXTRAS["test"] if one.startswith("pytest==")]}
 
-#: The Python that a lock is for, of those that are not for Python 3.11 and later.
+#: The Python of each lock that is not for Python 3.11 and later.
 PYTHON = {"low": "3.10", "high": "3.13", "ends": "3.10"}
 
 
 def locked(text):
-    """Requirement and hashes of each package in a lock, by its name."""
+    """Return requirement and hashes of each package in a lock, by its name."""
     packages = {}
     for block in re.split(r"\n(?=\w)", re.sub(r"(?m)^ *#.*\n?", "", text)):
         requirement, *hashes = block.replace("\\\n", "").split("--hash=sha256:")
@@ -53,7 +53,7 @@ def locked(text):
 
 
 def pins(names):
-    """Requirements, with those of our own extras in place of `litestereo[...]`."""
+    """Return requirements, with `litestereo[...]` replaced by the requirements of those extras."""
     for requirement in map(Requirement, names):
         if requirement.name == "litestereo":
             for extra in requirement.extras:
@@ -63,7 +63,7 @@ def pins(names):
 
 
 def needs(requirements, python):
-    """Names of all packages that `requirements` need with a Python on Linux, as those say that are installed."""
+    """Return all packages that `requirements` need with a Python on Linux, as the installed packages declare."""
     environment = {"python_version": python, "python_full_version": f"{python}.0", "sys_platform": "linux"}
     seen, queue = set(), [(canonicalize_name(one.name), frozenset(one.extras)) for one in requirements]
     while queue:
@@ -73,7 +73,7 @@ def needs(requirements, python):
         seen.add(key)
         try:
             lines = distribution(name).requires or []
-        except PackageNotFoundError: # This Python does not need it.
+        except PackageNotFoundError: # This Python does not need the package.
             continue
         for one in map(Requirement, lines):
             chosen = one.marker is None or any(one.marker.evaluate(environment | {"extra": extra})
@@ -92,7 +92,7 @@ def test_all_extras():
 
 @pytest.mark.parametrize("name", WANTED)
 def test_pins(name):
-    """Every pin is in the lock at its version, every range at one inside it; a package has one version, and hashes."""
+    """Every pin is locked at its version, every range at a version inside it; a package has one version, and hashes."""
     packages = locked((LOCKS / f"{name}.txt").read_text())
     assert packages
     for requirement, hashes in packages.values():
@@ -110,13 +110,13 @@ def test_pins(name):
 
 
 def version(requirement):
-    """The one version of a requirement `name==version`."""
+    """Return the version of a requirement `name==version`."""
     (specifier,) = requirement.specifier
     return specifier.version
 
 
 def test_ranges():
-    """What the host tools need is a range with two ends: low.txt has the lower one, high.txt what the tests have."""
+    """Each requirement of the host tools is a range: low.txt has its lower end, high.txt the release of the tests."""
     low, high, test = (locked((LOCKS / f"{name}.txt").read_text()) for name in ("low", "high", "test"))
     for one in map(Requirement, BASE):
         name = canonicalize_name(one.name)
@@ -128,7 +128,7 @@ def test_ranges():
 
 
 def test_one_release():
-    """A package in two locks is the same release in both, but for those of the low end."""
+    """A package in two locks has the same release in both, except at the low end."""
     releases = {}
     for name in sorted(set(WANTED) - {"low"}):
         for package, (requirement, hashes) in locked((LOCKS / f"{name}.txt").read_text()).items():
@@ -137,7 +137,7 @@ def test_one_release():
 
 @pytest.mark.parametrize("python", PYTHONS)
 def test_complete(python):
-    """The installer installs what the lock names alone, so all that is needed has to be there, for each Python."""
+    """The installer installs only what the lock names, so the lock is complete for each Python."""
     packages = locked((LOCKS / "test.txt").read_text())
     for name in needs(pins(WANTED["test"]), python):
         marker = packages[name][0].marker
@@ -146,7 +146,7 @@ def test_complete(python):
 
 @pytest.mark.long
 def test_wrong_hash(tmp_path):
-    """.ci/install takes a file with the right hash, and stops at a wrong one."""
+    """.ci/install accepts a file with the correct hash, and stops at a wrong one."""
     locks = tmp_path / ".ci" / "lock"
     locks.mkdir(parents=True)
     shutil.copy(CHECKOUT / ".ci" / "install", tmp_path / ".ci")
@@ -166,6 +166,6 @@ def test_wrong_hash(tmp_path):
 
 
 def test_unknown_extra():
-    """A wrong name is refused before anything is installed."""
+    """An unknown name is refused before anything is installed."""
     result = subprocess.run([CHECKOUT / ".ci" / "install", "tset"], capture_output=True, text=True, check=False)
     assert (result.returncode, result.stderr) == (1, "install: unknown extra 'tset': there is fpga\n")

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""The wheel holds all that the commands need: C sources, simulation modules, benches."""
+"""The wheel holds everything that the commands need: C sources, simulation modules, benches."""
 
 from __future__ import annotations
 
@@ -36,14 +36,14 @@ print(matcher.match_settings(image, image, MatcherSettings(16, 5))[0].shape)
 
 
 def files(*folders):
-    """Files that git knows below folders of the checkout."""
+    """Return the files that git tracks in folders of the checkout."""
     return subprocess.run(["git", "ls-files", *folders], check=True, cwd=CHECKOUT, capture_output=True,
                           text=True).stdout.split()
 
 
 @pytest.fixture(scope="module")
 def wheels(tmp_path_factory):
-    """Both, built without a network, from the setuptools that the test extra installs."""
+    """Build both wheels without a network, from the setuptools that the test extra installs."""
     return script("wheel").wheels(tmp_path_factory.mktemp("wheel"))
 
 
@@ -53,14 +53,14 @@ def wheel(wheels):
 
 
 def metadata(wheel):
-    """The metadata of a wheel."""
+    """Return the metadata of a wheel."""
     with zipfile.ZipFile(wheel) as file:
         (name,) = (name for name in file.namelist() if name.endswith(".dist-info/METADATA"))
         return email.message_from_bytes(file.read(name))
 
 
 def test_contents(wheel):
-    """Every source file of the packages is in it."""
+    """Every source file of the packages is in the wheel."""
     listed = files("gateware", "soc", "sim", "host_tools", "firmware")
     inside = {name.removeprefix("litestereo/") for name in zipfile.ZipFile(wheel).namelist()}
     assert listed
@@ -68,7 +68,7 @@ def test_contents(wheel):
 
 
 def test_two_wheels(wheels):
-    """They differ in the version and in the requirement of OpenCV, and in nothing else; LiteX is an extra's."""
+    """The wheels differ in the version and in the requirement of OpenCV only; LiteX is part of an extra."""
     plain, without = map(metadata, wheels)
     assert without["Version"] == plain["Version"] + "+noopencv"
     lost = {*plain.get_all("Requires-Dist")} ^ {*without.get_all("Requires-Dist")}
@@ -81,7 +81,7 @@ def test_two_wheels(wheels):
 
 
 def test_opencv_of_the_project():
-    """A project file that has no OpenCV, or two, is refused."""
+    """A project file with no OpenCV, or with two, is refused."""
     text = (CHECKOUT / "pyproject.toml").read_text()
     for wrong in (text.replace('"opencv-', '"opencv_'), text.replace('"numpy>', '"opencv-python>')):
         with pytest.raises(ValueError, match="has not one version and one OpenCV"):
@@ -90,7 +90,7 @@ def test_opencv_of_the_project():
 
 @pytest.mark.long
 def test_use(wheel, tmp_path):
-    """Installed by itself, away from the checkout, it runs."""
+    """Installed alone, away from the checkout, the wheel works."""
     site = tmp_path / "site"
     subprocess.run([sys.executable, "-m", "pip", "install", "--quiet", "--no-deps", "--no-index", "--target", site,
                     wheel], check=True)

@@ -3,9 +3,9 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Imports run one way: each room of the house knows those below it alone.
+"""Imports run one way: each room knows only those below it.
 
-What counts as an import: the statements, and names of modules in strings (`importlib`, `python -m`).
+Imports are the statements, and names of modules in strings (`importlib`, `python -m`).
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ import pytest
 
 from support.paths import CHECKOUT
 
-#: Rooms from the bottom up, with what each may import besides itself. A name without a room in it, as `soc`, is all of
-#: its rooms. The deepest folder that is listed counts.
+#: Rooms from the bottom up, with what each may import apart from itself. A name without a room, as `soc`, is all of
+#: its rooms. The deepest listed folder counts.
 ROOMS: dict[str, tuple[str, ...]] = {
     "firmware":               (),
     # Pure cores: no bus, no SoC.
@@ -32,10 +32,10 @@ ROOMS: dict[str, tuple[str, ...]] = {
     "gateware/matcher":       ("gateware/common", "gateware/engines", "gateware/post"),
     "gateware/link":          ("gateware/common", "gateware/memory"),
     "gateware/peripherals":   ("gateware",),
-    # What builds things, and the models, are at the bottom too.
+    # The tools that build things, and the models, are at the bottom too.
     "soc/build":              (),
     "sim/models":             (),
-    # The host tools know of the simulations but their names, in one registry.
+    # The host tools know only the names of the simulations, in one registry.
     "host_tools/core":        (),
     "host_tools/protocol":    ("host_tools/core",),
     "host_tools/link":        ("host_tools/core", "host_tools/protocol"),
@@ -55,7 +55,7 @@ ROOMS: dict[str, tuple[str, ...]] = {
     "soc/reports":            ("gateware", "soc/build", "soc/parts", "soc/boards", "soc/flow"),
     "soc/release":            ("firmware", "soc/build", "soc/boards", "soc/flow"),
     "soc":                    (),
-    # Simulation: one core, a SoC, the full system, and what is measured on them.
+    # Simulation: one core, a SoC, the full system, and measurements of them.
     "sim/cores":              ("gateware", "soc/build", "soc/flow", "sim/models"),
     "sim/socs":               ("gateware", "soc/build", "soc/parts", "soc/boards", "sim/cores"),
     "sim/system":             ("firmware", "soc/build", "soc/boards", "sim/cores", "sim/socs", "host_tools"),
@@ -66,7 +66,7 @@ ROOMS: dict[str, tuple[str, ...]] = {
 
 PACKAGES = ("firmware", "gateware", "host_tools", "sim", "soc")
 
-#: The one file that names modules above its room, and which: they are loaded when a device of that kind is asked for.
+#: The one file that names modules above its room, and these modules: a device of that kind loads them on demand.
 REGISTRY = {"host_tools/devices/registry.py": ("sim/models", "sim/cores", "sim/system")}
 
 #: The name of a module.
@@ -83,7 +83,7 @@ def room_of(path: str) -> str:
 
 
 def imported(path: str, source: str) -> Iterator[tuple[int, str]]:
-    """Yield line and imported thing, as a path of the checkout without an ending, of each import of a file."""
+    """Yield line and imported thing, as a path of the checkout without suffix, of each import of a file."""
     package = Path(path).parent.parts
     tree    = ast.parse(source)
     scopes  = [node for node in ast.walk(tree) if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef)]
@@ -99,13 +99,13 @@ def imported(path: str, source: str) -> Iterator[tuple[int, str]]:
             case ast.Import(names=names):
                 yield from ((node.lineno, name.name.replace(".", "/").removeprefix("litestereo/")) for name in names
                             if name.name.startswith("litestereo."))
-            # Docstrings may name commands; other strings are run.
+            # Docstrings may name commands; other strings may be run.
             case ast.Constant(value=str(text)) if id(node) not in texts:
                 yield from ((node.lineno, found[1].replace(".", "/")) for found in DOTTED.finditer(text))
 
 
 def arrows(path: str, source: str) -> list[str]:
-    """Return the imports of a file that no arrow allows, a line each."""
+    """Return the imports of a file that no arrow allows, one line each."""
     room  = room_of(path)
     wrong = []
     for line, thing in imported(path, source):
@@ -117,14 +117,14 @@ def arrows(path: str, source: str) -> list[str]:
 
 
 def sources() -> list[str]:
-    """Return the Python files of the packages, as paths from the checkout on."""
+    """Return the Python files of the packages, relative to the checkout."""
     paths = (path for package in PACKAGES for path in (CHECKOUT / package).rglob("*.py"))
     return sorted(str(path.relative_to(CHECKOUT)) for path in paths)
 
 
 @pytest.mark.parametrize("package", PACKAGES)
 def test_imports_run_one_way(package: str) -> None:
-    """No file imports from a room above its own, or beside it."""
+    """No file imports from a room above or beside its own."""
     files = [path for path in sources() if path.startswith(f"{package}/")]
     assert files
     assert not [line for path in files for line in arrows(path, (CHECKOUT / path).read_text())]
@@ -145,7 +145,7 @@ def test_imports_run_one_way(package: str) -> None:
     ("host_tools/devices/new.py",  "MODULE = 'litestereo.sim.models.stereo_bm'"),
 ])
 def test_a_wrong_arrow_is_found(path: str, line: str) -> None:
-    """Whatever form it has."""
+    """An import against the arrows is found in any form."""
     assert len(arrows(path, line)) == 1
 
 
@@ -155,10 +155,10 @@ def test_a_wrong_arrow_is_found(path: str, line: str) -> None:
     ("gateware/engines/sad/new.py", "from ...common import *"),
 ])
 def test_an_arrow_that_may_be(path: str, line: str) -> None:
-    """A docstring is no import, and what is below may be imported."""
+    """A docstring is no import, and rooms below may be imported."""
     assert not arrows(path, line)
 
 
 def test_rooms_have_files() -> None:
-    """A room of the list is a folder of the checkout."""
+    """Each listed room is a folder of the checkout."""
     assert not [room for room in ROOMS if not (CHECKOUT / room).is_dir()]

@@ -10,5 +10,5 @@ from support.firmware_build import build_tests
 
 @pytest.fixture(scope="session")
 def programs():
-    """Directory of the firmware's test programs, compiled for this computer."""
+    """Return the folder of the firmware's test programs, compiled for this computer."""
     return build_tests()

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Unit tests of the firmware, written in C: each program is silent and ends with 0 if all is well."""
+"""Unit tests of the firmware, written in C: each program prints nothing and ends with 0 if all is well."""
 
 import subprocess
 
@@ -26,18 +26,18 @@ def test_unit(programs, unit):
 
 @pytest.mark.parametrize("seed", range(2, 12))
 def test_flood_of_bytes(programs, seed):
-    """The whole firmware under noise that other seeds make."""
+    """The whole firmware withstands noise from other seeds."""
     run(programs / "test_flood", str(seed))
 
 
 @pytest.mark.parametrize("seed", range(1, 4))
 def test_fuzz_of_datagrams(programs, seed):
-    """Mailbox, link, session and frame pool under random and damaged datagrams; see `fuzz_udp.c` for more of them."""
+    """Mailbox, link, session and frame pool withstand random and damaged datagrams; see `fuzz_udp.c` for more."""
     assert run(programs / "fuzz_udp", str(seed), "200000").startswith("200000 datagrams")
 
 
 def test_vectors_of_the_host_tools(programs):
-    """The firmware takes the host's messages apart and puts them together again, byte for byte."""
+    """The firmware parses the host's messages and builds them again, byte for byte."""
     vectors = CHECKOUT / "tests" / "vectors" / "protocol.txt"
     command = [programs / "test_vectors", vectors]
     done    = subprocess.run(command, capture_output=True, text=True, check=False)

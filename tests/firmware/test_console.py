@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""The pattern that the console's bench matches can be made anew from its description."""
+"""The pattern that the console's bench matches can be generated from its description."""
 
 import dataclasses
 import re
@@ -38,7 +38,7 @@ def command(port, line, until):
 @pytest.mark.parametrize("name", ["bench", "cpu_bench"])
 @pytest.mark.parametrize("stages", ["sad", "all"])
 def test_bench_matches_the_documented_pattern(width, height, disparities, block_size, name, stages):
-    """On the accelerator and on the CPU, with no stage and with all."""
+    """On the accelerator and on the CPU, with no stage and with all, the checksum is that of the documented pattern."""
     with native_device() as port:
         found = command(port, f"{name} {width} {height} {disparities} {block_size} {stages}",
                         name + r": width=(\d+) height=(\d+) disparities=(\d+) block_size=(\d+) clocks=(\d+) "

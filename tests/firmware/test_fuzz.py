@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""libFuzzer finds no fault in the firmware, and does find one that is there."""
+"""libFuzzer finds no fault in the firmware, and finds a planted one."""
 
 import os
 import shutil
@@ -16,13 +16,13 @@ from support.pairs import SEED
 
 pytestmark = pytest.mark.skipif(not shutil.which("clang"), reason="no clang: .ci/install")
 
-#: Seconds for each target where there is time for it, and where a person waits.
+#: Seconds per target in the long test, and in the short one.
 SECONDS, FEW_SECONDS = int(os.environ.get("LITESTEREO_FUZZ_SECONDS", "60")), 5
 
-#: Executions in a second that are the least to be expected of a busy computer.
+#: Least number of executions per second on a busy computer.
 SLOWEST = {"cobs": 500, "message": 500, "pool": 500, "records": 20, "session": 50}
 
-#: Edges that the corpus reaches by itself, so that a target which stopped short is seen.
+#: Edges that the corpus must reach, so that a target that stops early is noticed.
 EDGES = {"cobs": 65, "message": 45, "pool": 200, "records": 215, "session": 750}
 
 
@@ -37,7 +37,7 @@ def test_no_fault(target, seconds):
 
 @pytest.mark.parametrize("target", TARGETS)
 def test_a_planted_fault_is_found(target):
-    """And its input makes the same target fail again, but not the one without the fault."""
+    """The input that found the planted fault makes the target fail again, but not the target without the fault."""
     result = run(target, 60, planted=True)
     assert result.crash is not None, str(result)
     assert result.complaint

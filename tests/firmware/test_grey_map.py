@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""What the firmware draws of a map, against the same written out in NumPy."""
+"""The picture that the firmware draws of a map, against the same in NumPy."""
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ from support.screen import SIZE, drawn_picture, expected_picture
 
 
 def random_map(rng, width, height, disparities, min_disparity):
-    """Every value that a map may have, the invalid one often, and some beyond."""
+    """Return a map of every possible value, with many invalid pixels, and of some impossible values."""
     lowest = 16*(min_disparity - 1)
     values = rng.integers(lowest, lowest + 16*(disparities + 1), (height, width)).astype(np.int16)
     values[rng.random((height, width)) < 0.2] = lowest
@@ -24,7 +24,7 @@ def random_map(rng, width, height, disparities, min_disparity):
                                   (801, 601)])
 @pytest.mark.parametrize("disparities, min_disparity", [(16, 0), (128, 0), (64, 9), (256, 255)])
 def test_any_map(programs, size, disparities, min_disparity):
-    """Smaller than the screen, larger, both; every grey value."""
+    """Maps that are smaller than the screen, larger, or both, with every grey value."""
     disparity = random_map(generator(90), *size, disparities, min_disparity)
     picture   = drawn_picture(programs, disparity, disparities, min_disparity)
     assert picture.shape == SIZE[::-1]
@@ -32,7 +32,7 @@ def test_any_map(programs, size, disparities, min_disparity):
 
 
 def test_ends_of_the_range(programs):
-    """The largest disparity that is searched is white, none is black, and a bit more than half of it grey."""
+    """The largest searched disparity is white, none is black, and a bit more than half of it is grey."""
     disparity = np.array([[127*16, -16, 0, 127*8 + 1, 32767, -32768]], np.int16)
     picture   = drawn_picture(programs, disparity, 128, size=(8, 2))
     assert picture.tolist() == [[0, 255, 0, 0, 128, 255, 0, 0], [0]*8]

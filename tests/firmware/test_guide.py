@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""The guide for programs of other people against the headers it is about."""
+"""The guide for users' programs against the headers that it describes."""
 
 import re
 import subprocess
@@ -27,7 +27,7 @@ def test_programs_of_the_guide_compile(tmp_path, program):
 
 
 def test_every_function_is_in_the_guide():
-    """Functions of stereo.h."""
+    """The guide has every function of stereo.h."""
     header    = (HEADERS / "litestereo" / "stereo.h").read_text()
     functions = set(re.findall(r"^\w[\w ]*?\W(stereo_\w+)\(", header, re.MULTILINE))
     assert len(functions) == 12

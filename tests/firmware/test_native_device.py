@@ -16,10 +16,10 @@ from support.native_device import build, native_device
 
 
 def talk(port, text, until, limit_s=30.0):
-    """Sends text again and again until the answer is there."""
+    """Send text again and again until the answer arrives."""
     end = time.monotonic() + limit_s
     with socket.create_connection(("127.0.0.1", port)) as connection:
-        # Longer than a frame may be silent: a client before may have left one open, and text in it is not heard.
+        # Longer than the timeout of a frame: an earlier client may have left one open, and text inside it is ignored.
         connection.settimeout(1.2)
         answer = b""
         while until not in answer:
@@ -36,7 +36,7 @@ def test_clients_that_leave_at_any_moment():
             with socket.create_connection(("127.0.0.1", port)) as connection:
                 connection.sendall(rng.choice([b"help\r", b"", bytes(5), b"\0\5LS", rng.randbytes(3000)]))
                 if rng.random() < 0.5:
-                    # Leaves with a reset instead of a farewell.
+                    # The client leaves with a reset instead of a shutdown.
                     connection.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, b"\1\0\0\0\0\0\0\0")
         talk(port, b"\r", b"litestereo> ")
 

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""The native device with a UDP port: a frame there and back in datagrams, from a host that is written out here."""
+"""The native device with a UDP port: a frame in datagrams, from a host that is written out here."""
 
 import contextlib
 import socket
@@ -25,7 +25,7 @@ HEADER = struct.Struct("<HBBIIIII")
 
 @contextlib.contextmanager
 def udp_device(*options):
-    """Runs the program and gives its UDP port."""
+    """Run the program and return its UDP port."""
     command = [build(), "--udp-port", "0", *options]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
         try:
@@ -40,7 +40,7 @@ def udp_device(*options):
 
 
 class Host:
-    """One address and port, and a session."""
+    """A host with one address and port, and a session."""
 
     def __init__(self, port):
         self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
@@ -55,7 +55,7 @@ class Host:
         self.socket.send(message + struct.pack("<I", zlib.crc32(message)))
 
     def receive(self):
-        """Type, sequence, offset and payload of the next datagram."""
+        """Return type, sequence, offset and payload of the next datagram."""
         datagram = self.socket.recv(2048)
         assert zlib.crc32(datagram[:-4]) == int.from_bytes(datagram[-4:], "little")
         _, _, kind, token, sequence, _, offset, length = HEADER.unpack_from(datagram)
@@ -63,7 +63,7 @@ class Host:
         return kind, sequence, offset, datagram[24:-4]
 
     def ask(self, kind, frame_id=0, payload=b""):
-        """Payload of the reply, or code and detail of the error."""
+        """Send a request; return the payload of the reply, or code and detail of the error."""
         self.send(kind, frame_id, payload)
         answer, sequence, _, payload = self.receive()
         assert sequence == self.sequence

@@ -20,7 +20,7 @@ PROTOCOL = "".join(path.read_text() for path in (LINK / "protocol" / "protocol.h
 
 
 def section(title):
-    """Rows of the first table under a heading, as lists of cells."""
+    """Return the rows of the first table under a heading, as lists of cells."""
     text = re.search(rf"^#+ {title}\n(.*?)(?=^#|\Z)", DOCUMENT, re.MULTILINE | re.DOTALL)[1]
     rows = [line.strip("|").split("|") for line in text.splitlines() if line.startswith("|")]
     return [[cell.strip() for cell in row] for row in rows[2:]]

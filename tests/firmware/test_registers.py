@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Registers by hand, of the tests' csr.h and of hardware that a SoC lacks, against those that LiteX generates."""
+"""Handwritten registers, of the tests' csr.h and of missing hardware, against those that LiteX generates."""
 
 import re
 
@@ -21,7 +21,7 @@ FIRMWARE  = CHECKOUT / "firmware"
 STUB      = (FIRMWARE / "tests" / "stubs" / "generated" / "csr.h").read_text()
 STAND_INS = (FIRMWARE / "drivers" / "registers.h").read_text()
 
-#: Peripherals by their names in the SoC; the screen's is LiteX's and has no fields that the driver uses.
+#: Peripherals by their names in the SoC; the screen is LiteX's, and the driver uses none of its fields.
 PERIPHERALS = {
     "ctrl":         SoCController,
     "flash":        SPIMaster,
@@ -33,7 +33,7 @@ PERIPHERALS = {
 
 
 def registers():
-    """Names of all registers, and the macros of LiteX's csr.h for all fields."""
+    """Return the names of all registers, and the macros of LiteX's csr.h for all fields."""
     names, macros = set(), {}
     for peripheral, make in PERIPHERALS.items():
         for csr in make().get_csrs():
@@ -45,7 +45,7 @@ def registers():
 
 
 def defined(text):
-    """Macros of fields that a header defines, and their values."""
+    """Return the macros of fields that a header defines, and their values."""
     return {name: int(value) for name, value in re.findall(r"#define (CSR_\w+_(?:OFFSET|SIZE))\s+(\d+)", text)}
 
 
@@ -64,7 +64,7 @@ def test_registers_of_the_stub():
 
 
 def test_stand_ins():
-    """Hardware that the SoC lacks has registers and fields by the names of those that it may have."""
+    """The substitutes for missing hardware have registers and fields with the names of the real ones."""
     names, macros = registers()
     functions = set(re.findall(r"^(?:READS|READS_AS|WRITES)\((\w+)", STAND_INS, re.MULTILINE))
     assert len(functions) > 50
@@ -74,7 +74,7 @@ def test_stand_ins():
 
 
 def test_every_field_in_use_is_in_the_stub():
-    """So that the test above compares all fields that the drivers know."""
+    """The stub has all fields that the drivers use, so the test above compares them all."""
     text = "".join(path.read_text() for path in (FIRMWARE / "drivers").glob("*.[ch]") if path.name != "registers.h")
     used = set(re.findall(r"REGISTER_(?:BIT|FIELD)\((\w+)", text)) - {"STEREO_FEATURES_"}
     assert len(used) > 30

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""The folders of the firmware: includes and calls go one way, and no files call each other in a circle."""
+"""The folders of the firmware: includes and calls go one way, and no calls between files form a circle."""
 
 import re
 import subprocess
@@ -15,7 +15,7 @@ from support.paths import CHECKOUT
 
 FIRMWARE = CHECKOUT / "firmware"
 
-#: What a file of a folder may include and call, apart from its own folder. A file belongs to the deepest folder named.
+#: Folders that a file may include and call, apart from its own. A file belongs to the deepest folder named.
 ROOMS = {
     "include":       set(),
     "lib":           {"include"},
@@ -33,34 +33,34 @@ ROOMS = {
     "fuzz":          {"include", "lib", "link/protocol", "drivers", "link", "link/udp", "tests"},
 }
 
-#: Folders that may include headers that are neither ours nor of standard C: LiteX's, or the host's.
+#: Folders that may include headers that are neither the firmware's nor of standard C: LiteX's, or the host's.
 FOREIGN  = {"drivers", "boot", "tests", "fuzz"}
 STANDARD = {f"{name}.h" for name in ("assert", "inttypes", "limits", "setjmp", "stdarg", "stdbool", "stddef", "stdint",
                                      "stdio", "stdlib", "string", "wchar")}
 
-#: Folders whose headers are found without their name.
+#: Folders whose headers are included without the folder's name.
 PATHS = (FIRMWARE / "include", FIRMWARE, FIRMWARE / "tests" / "stubs", FIRMWARE / "tests" / "support")
 
-#: Sources that need headers that LiteX generates and the stubs for the tests lack.
+#: Sources that need LiteX's generated headers that the stubs of the tests lack.
 NOT_COMPILED = {"boot/boot.c", "drivers/platform.c"}
 
-#: Folders whose files are linked with each other in one program.
+#: Folders whose files are linked into one program.
 COMPILED = ("lib", "reference", "link", "drivers", "app", "boot")
 
 
 def room(name):
-    """Folder of `ROOMS` that a file, named from `firmware/` on, belongs to."""
+    """Return the folder of `ROOMS` that a file, relative to `firmware/`, belongs to."""
     return max((folder for folder in ROOMS if name.startswith(f"{folder}/")), key=len)
 
 
 def resolve(path, quote, name):
-    """Path of an included file, None if it is none of the firmware's."""
+    """Return the path of an included file, None if it is not the firmware's."""
     folders = [path.parent, *PATHS] if quote == '"' else PATHS[:1]
     return next((folder / name for folder in folders if (folder / name).is_file()), None)
 
 
 def includes():
-    """Every include of the firmware: the file, how its argument is quoted, the argument, and the path that it means."""
+    """Yield every include of the firmware: the file, its kind of quotes, the argument, and the path that it means."""
     for path in sorted(FIRMWARE.rglob("*.[ch]")):
         for quote, name in re.findall(r'^\s*#\s*include\s*(["<])(.*)[">]', path.read_text(), re.MULTILINE):
             yield path, quote, name, resolve(path, quote, name)
@@ -89,7 +89,7 @@ def test_includes_follow_the_order():
 
 
 def test_headers_of_others():
-    """LiteX's headers come in where hardware is; a quoted header is always the firmware's."""
+    """LiteX's headers are included where hardware is; a quoted header is always the firmware's."""
     wrong = []
     for path, quote, name, target in includes():
         here = path.relative_to(FIRMWARE).as_posix()
@@ -103,7 +103,7 @@ def test_headers_of_others():
 
 @pytest.fixture(scope="module")
 def calls(tmp_path_factory):
-    """Files that each file needs a function or a variable of, by names from `firmware/` on."""
+    """Return the files from which each file needs a function or a variable, relative to `firmware/`."""
     folder  = tmp_path_factory.mktemp("objects")
     defined = {}
     needed  = {}

@@ -16,7 +16,7 @@ from support.settings import any_settings
 
 
 def on_the_cpu(programs, left, right, settings):
-    """What the C program makes of a pair."""
+    """Return the map that the C program computes of a pair."""
     height, width = left.shape
     numbers = [width, height, settings.disparities, settings.block_size, settings.min_disparity,
                int(settings.prefilter == "xsobel"), settings.prefilter_cap, settings.texture_threshold,
@@ -29,7 +29,7 @@ def on_the_cpu(programs, left, right, settings):
 
 
 def test_equals_the_model(programs):
-    """Any settings, every stage, on pairs that are awkward each in its own way, down to the smallest size."""
+    """With any settings and every stage, the map of an awkward pair is the model's, down to the smallest size."""
     rng = generator(80)
     for turn in range(25):
         settings      = any_settings(rng)

@@ -5,14 +5,14 @@
  */
 
 /*
- * The litex_sim module ethernet2socket without a simulator: what stands for the SoC sends the frames it is told to, and
- * prints those that it gets. Each session has its own pads, as two Ethernet ports of a SoC have.
+ * The litex_sim module ethernet2socket without a simulator: a substitute for the SoC sends frames on command, and
+ * prints the frames that it receives. Each session has separate pads, as two Ethernet ports of a SoC have.
  *
  *   ethernet_bench CLOCK ARGUMENTS [CLOCK ARGUMENTS]
  *
  * CLOCK is sys_clk or eth_clk, which has half the frequency. Commands on the standard input, each answered with `done`:
  *
- *   send SESSION HEX           put a frame in line, and a clock without a byte behind it
+ *   send SESSION HEX           queue a frame, and a clock without a byte after it
  *   clock SESSION CLOCK        make this the module's clock, as if so many had passed
  *   run CLOCKS                 prints `frame SESSION CLOCK HEX`, CLOCK being the one of the first byte
  *   fuzz SESSION SEED FRAMES   send mutations of the frames given by `send`; nothing reaches a socket
@@ -26,7 +26,7 @@
 static ssize_t bench_sendto(int socket, const void *bytes, size_t length, int flags, const struct sockaddr *to,
                             socklen_t to_length);
 
-/* The module as it is, with a look at its counters, and a bolt between noise and the sockets of this machine. */
+/* The unchanged module, with access to its counters, and with noise kept away from the sockets of this machine. */
 #define sendto bench_sendto
 #include "ethernet2socket.c"
 #undef sendto
@@ -77,7 +77,7 @@ static ssize_t bench_sendto(int socket, const void *bytes, size_t length, int fl
     return (ssize_t)length;
 }
 
-/* A rising edge in the SoC: what has stood at its inputs is taken, and its outputs move on. */
+/* A rising edge in the SoC: it samples its inputs, and its outputs advance. */
 static void clock_soc(struct soc *soc, size_t number)
 {
     soc->clocks++;
@@ -150,7 +150,7 @@ static uint32_t draw(uint32_t *state, uint32_t below)
     return *state % below;
 }
 
-/* Most mutations are small, so that they come far before they are found out; some are noise. */
+/* Most mutations are small, so that they pass many checks before they are detected; some are noise. */
 static size_t mutate(uint8_t *frame, size_t length, uint32_t *state)
 {
     for (uint32_t changes = draw(state, 4); changes; changes--) {
@@ -184,8 +184,8 @@ static void repair_ip_checksum(uint8_t *frame)
 }
 
 /*
- * The module judges frames in a buffer with room for the longest, where a byte of the frame before would be read without
- * a complaint: judge it once more where its last byte is the last of the memory.
+ * The module judges frames in a buffer for the longest, where the sanitizer does not detect a read beyond the frame's
+ * end: judge the frame again in a buffer of exactly its length.
  */
 static void judge_in_its_own_bytes(const struct session *session, const uint8_t *frame, size_t length)
 {
@@ -212,7 +212,7 @@ static void fuzz(size_t number, unsigned long seed, unsigned long frames)
     static uint8_t templates[8][FRAME_MOST];
     size_t lengths[8] = {0}, count = 0;
     struct soc *soc = &socs[number];
-    /* Never 0, of which the generator makes nothing else. */
+    /* Never 0, from which the generator only makes 0. */
     uint32_t state = (uint32_t)(seed % UINT32_MAX) + 1;
 
     for (; soc->queue_start < soc->queue_end && count < 8; soc->queue_start++) {

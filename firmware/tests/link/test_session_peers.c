@@ -430,7 +430,7 @@ static void test_open_fails(void)
     REQUIRE(open_frame(5, 72, 50) == 0x83 && get_u16(reply.payload) == 0);
 }
 
-/* The memory of a freed slot is in no use, whatever the state was. */
+/* The memory of a freed slot is not in use, in any state before. */
 static void test_release(void)
 {
     for (frame_state_t state = FRAME_LOADING; state <= FRAME_FAILED; state++) {

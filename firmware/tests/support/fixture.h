@@ -14,7 +14,6 @@
 
 #define SLOTS   3
 #define CANARY  0xa5
-#define NOBODY  0u
 
 /** The session under test. */
 extern session_t session;

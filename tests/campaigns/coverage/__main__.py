@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""`make coverage`: what a run of all tests has left, and what the tests in C run of the firmware, as one page."""
+"""`make coverage`: write, as one page, the counts of all tests, and what the C tests run of the firmware."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ from support.paths import CHECKOUT
 
 from . import firmware, gateware
 
-#: Percent of the host tools' lines, and what counts them while all tests run.
+#: Least percentage of the host tools' lines, and the folder of their counts.
 HOST_FLOOR = 90.0
 HOST_DATA  = build_directory() / "host_tools.coverage"
 
-#: Tests of small cores: bits that go up and down are counted in them alone, as it takes a hundred times as long.
+#: Tests of small cores: toggles of bits are counted only there, because that takes a hundred times as long.
 TOGGLE_TESTS = ("engines/test_sums.py", "post/test_selection.py", "post/test_map.py")
 
 
 def toggles() -> dict[str, gateware.Core]:
-    """Runs the tests of small cores with counters at every bit."""
+    """Run the tests of small cores with a counter at every bit."""
     environment = os.environ | {"LITESTEREO_COVERAGE": "toggle", "LITESTEREO_COVERAGE_DIRECTORY": "toggles"}
     tests = [f"tests/gateware/{name}" for name in TOGGLE_TESTS]
     subprocess.run([sys.executable, "-m", "pytest", "-q", *tests], cwd=CHECKOUT, env=environment, check=True)
@@ -37,7 +37,7 @@ def toggles() -> dict[str, gateware.Core]:
 
 
 def gateware_part(lines: dict[str, gateware.Core], bits: dict[str, gateware.Core]) -> list[str]:
-    """Table of the cores."""
+    """Return the table of the cores."""
     def share(counts) -> str:
         return f"{100*gateware.run(counts)/len(counts):.1f} %" if counts else ""
     rows = [f"| `{name}` | {len(core.models)} | {len(core.lines)} | {share(core.lines)} | {share(core.branches)} | "
@@ -52,7 +52,7 @@ def gateware_part(lines: dict[str, gateware.Core], bits: dict[str, gateware.Core
 
 
 def firmware_part(files: dict[str, firmware.Covered]) -> list[str]:
-    """Table of the firmware's sources."""
+    """Return the table of the firmware's sources."""
     lines, branches = firmware.totals(files)
     rows = [f"| `{name}` | {len(file.lines)} | {firmware.percent(file.lines_run, len(file.lines)):.1f} % | "
             f"{len(file.branches)} | {firmware.percent(file.branches_taken, len(file.branches)):.1f} % |"
@@ -65,7 +65,7 @@ def firmware_part(files: dict[str, firmware.Covered]) -> list[str]:
 
 
 def host_part() -> tuple[list[str], float]:
-    """Table of the host tools' folders, and the percentage of all."""
+    """Return the table of the host tools' folders, and the percentage of all of them."""
     report = build_directory() / "host_tools.json"
     subprocess.run([sys.executable, "-m", "coverage", "json", "-q", f"--data-file={HOST_DATA}", "-o", str(report)],
                    cwd=CHECKOUT, check=True)
@@ -79,7 +79,7 @@ def host_part() -> tuple[list[str], float]:
 
 
 def main() -> int:
-    """Write the page; the exit status is 1 if anything is below its floor."""
+    """Write the page; the exit status is 1 if any part is below its floor."""
     lines = gateware.read(coverage_directory())
     if not lines or not HOST_DATA.is_file():
         print("coverage: no run of all tests has left its counts: run make coverage", file=sys.stderr)

@@ -3,11 +3,11 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Which lines and branches of the firmware its tests in C run.
+"""Which lines and branches of the firmware the C tests run.
 
 `PYTHONPATH=tests .venv/bin/python -m campaigns.coverage.firmware` prints them.
 
-The firmware is compiled for this computer once more, without the sanitizers, whose checks would count as branches.
+The firmware is compiled for this computer without the sanitizers, whose checks would count as branches.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from support.paths import CHECKOUT
 FIRMWARE = CHECKOUT / "firmware"
 FOLDERS  = ("app", "boot", "drivers", "include", "lib", "link", "reference")
 
-#: Why these are not measured: most need the RISC-V processor that they are for.
+#: Reasons to exclude files: most of them need the RISC-V processor.
 EXCLUDED = {
     "app/main.c":              "the loop that never ends around app_poll()",
     "boot/boot.c":             "reads the flash by its address and jumps to what it has loaded",
@@ -35,57 +35,57 @@ EXCLUDED = {
     "drivers/platform.c":      "caches, interrupts and stack of the processor, and where the linker put the memory",
 }
 
-#: Percent that have to be run.
+#: Least percentages.
 LINES_FLOOR    = 95.0
 BRANCHES_FLOOR = 90.0
 
 
 class CoverageError(RuntimeError):
-    """There is nothing to measure: what is wrong, what to do."""
+    """There is nothing to measure; says what is wrong, and what to do."""
 
 
 @dataclass
 class Covered:
-    """Counts of one source file, summed over all programs that it is part of."""
+    """Counts of one source file, summed over all programs that contain it."""
     name:     str
     lines:    dict[int, int] = field(default_factory=lambda: defaultdict(int))
-    #: Way out of a condition: line and number in it. With the function, as a header's stand in many objects.
+    #: Branches by line and number in the line. With the function, because many objects contain those of a header.
     branches: dict[tuple[int, str, int], int] = field(default_factory=lambda: defaultdict(int))
 
     @property
     def missed_lines(self) -> list[int]:
-        """Lines that were not run."""
+        """Return the lines that were not run."""
         return sorted(line for line, count in self.lines.items() if not count)
 
     @property
     def missed_branches(self) -> list[tuple[int, int]]:
-        """Branches that were not taken, of lines that were run: line, and number in it."""
+        """Return the branches not taken in lines that were run: line, and number in the line."""
         return sorted((line, way) for (line, _, way), count in self.branches.items() if not count and self.lines[line])
 
     @property
     def lines_run(self) -> int:
-        """How many lines were run."""
+        """Return how many lines were run."""
         return len(self.lines) - len(self.missed_lines)
 
     @property
     def branches_taken(self) -> int:
-        """How many branches were taken."""
+        """Return how many branches were taken."""
         return sum(count > 0 for count in self.branches.values())
 
 
 def percent(part: int, whole: int) -> float:
-    """Share in percent; of nothing, everything."""
+    """Return a share in percent; 100 if there is nothing."""
     return 100*part/whole if whole else 100.0
 
 
 def zero(out: Path) -> None:
-    """Forget what earlier runs have counted."""
+    """Delete the counts of earlier runs."""
     for counts in out.rglob("*.gcda"):
         counts.unlink()
 
 
 def read(out: Path) -> dict[str, Covered]:
-    """Counts of all that was run in this folder, by source file of the firmware proper."""
+    """Return the counts of everything that was run in this folder, by source file of the firmware."""
     counts = sorted(out.rglob("*.gcda"))
     if not counts:
         raise CoverageError(f"nothing was counted in {out}: run the programs there first")
@@ -113,7 +113,7 @@ def _add(file: Covered, lines: list[dict]) -> None:
 
 
 def measure() -> dict[str, Covered]:
-    """Builds the tests in C, runs each once, and reads what they have run."""
+    """Build the C tests, run each once, and return the counts."""
     for tool in ("gcc", "gcov", "make"):
         if not shutil.which(tool):
             raise CoverageError(f"{tool} is needed: .ci/install installs it")
@@ -132,20 +132,20 @@ def _run(*command: Path) -> None:
 
 
 def unmeasured(files: dict[str, Covered]) -> list[str]:
-    """Sources that no program is made of, and that are not excluded either."""
+    """Return the sources that no program contains and that are not excluded."""
     sources = {path.relative_to(FIRMWARE).as_posix() for folder in FOLDERS for path in (FIRMWARE / folder).rglob("*.c")}
     return sorted(sources - set(files) - set(EXCLUDED))
 
 
 def totals(files: dict[str, Covered]) -> tuple[float, float]:
-    """Percent of all lines and of all branches."""
+    """Return the percentages of all lines and of all branches."""
     lines    = percent(sum(file.lines_run for file in files.values()), sum(len(f.lines) for f in files.values()))
     branches = percent(sum(f.branches_taken for f in files.values()), sum(len(f.branches) for f in files.values()))
     return lines, branches
 
 
 def page(files: dict[str, Covered], missed: bool = False) -> str:
-    """Table of all files, with what is missed if wanted, and what is not measured."""
+    """Return the table of all files, with the missed lines if wanted, and the excluded files."""
     rows = [f"{'file':32} {'lines':>6} {'run':>7} {'branches':>9} {'taken':>7}"]
     for name, file in sorted(files.items()):
         rows.append(f"{name:32} {len(file.lines):6} {percent(file.lines_run, len(file.lines)):6.1f}% "

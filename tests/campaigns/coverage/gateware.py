@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Which lines of the gateware's Verilog the tests have run, and which bits have gone up and down; Verilator counts."""
+"""Which lines of the gateware's Verilog the tests run, and which bits rise and fall; Verilator counts."""
 
 from __future__ import annotations
 
@@ -15,34 +15,34 @@ from pathlib import Path
 
 from litestereo.soc.build.paths import build_directory
 
-#: Percent of the lines that have to be run.
+#: Least percentage of the lines.
 LINES_FLOOR = 95.0
 
 
 @dataclass(frozen=True, order=True)
 class Line:
-    """A line of a core's Verilog, the same one in all of its models."""
+    """A line of a core's Verilog, the same in all models of the core."""
     text:   str
-    number: int #: of the lines with this text, counted from 0
+    number: int #: number among the lines with this text, from 0
 
 
 @dataclass
 class Core:
-    """Counts of one core, summed over its models: one is built for each set of parameters that the tests use."""
+    """Counts of one core, summed over its models: there is one for each set of parameters that the tests use."""
     name:     str
     models:   set[str]                   = field(default_factory=set)
     lines:    Counter[Line]              = field(default_factory=Counter)
-    branches: Counter[tuple[Line, str]]  = field(default_factory=Counter) #: with "if" or "else"
+    branches: Counter[tuple[Line, str]]  = field(default_factory=Counter) #: conditions, with "if" or "else"
     toggles:  Counter[str]               = field(default_factory=Counter) #: bits, each with its direction
 
     @property
     def missed(self) -> list[Line]:
-        """What was not run."""
+        """Return the lines that were not run."""
         return sorted(line for line, count in self.lines.items() if not count)
 
 
 def run(counts: Counter) -> int:
-    """How many have been run at all."""
+    """Return how many lines were run."""
     return sum(count > 0 for count in counts.values())
 
 
@@ -63,10 +63,10 @@ def _source(model: str) -> str:
 
 
 def dead_lines(source: str) -> set[int]:
-    """Numbers of the lines under a signal that nothing drives, counted from 1.
+    """Return the numbers, from 1, of the lines under a signal that nothing drives.
 
-    A core's own reset, where it is a part of another one whose reset includes it; an option of a FIFO that nobody uses.
-    Synthesis leaves nothing of that.
+    Such a signal is the reset of a core inside a core whose reset includes it, or an unused option of a FIFO.
+    Synthesis removes these lines.
     """
     driven = set(re.findall(r"\b(\w+)(?:\[[^]]*\])? <= ", source)) | set(re.findall(r"assign (\w+)", source))
     never  = set(re.findall(r"^reg\s+(\w+) = 1'd0;", source, re.MULTILINE)) - driven
@@ -92,7 +92,7 @@ def _verilog(model: str) -> list[Line]:
     seen: Counter[str] = Counter()
     lines  = []
     source = _source(model)
-    # Widths are parameters: `4'd0` and `5'd0` are the same 0.
+    # Widths depend on parameters: `4'd0` and `5'd0` are the same 0.
     for text in map(str.strip, re.sub(r"\b\d+'", "'", source).splitlines()):
         lines.append(Line(text, seen[text]))
         seen[text] += 1
@@ -100,7 +100,7 @@ def _verilog(model: str) -> list[Line]:
 
 
 def read(folder: Path) -> dict[str, Core]:
-    """What the models have counted: in `folder` a folder per core, in it one per model, in it a file per run."""
+    """Return the counts of the models in `folder`: a folder per core, in it one per model, in it a file per run."""
     cores: dict[str, Core] = {}
     for path in sorted(folder.glob("*/*/*.dat")):
         core  = cores.setdefault(path.parts[-3], Core(path.parts[-3]))
@@ -118,7 +118,7 @@ def read(folder: Path) -> dict[str, Core]:
                 continue
             if point["page"].startswith("v_branch"):
                 core.branches[lines[int(point["l"]) - 1], point["o"]] += count
-            # An else that is not written has no lines.
+            # An omitted `else` has no lines.
             for number in _numbers(point.get("S", "")):
                 if number not in dead:
                     core.lines[lines[number - 1]] += count
@@ -126,6 +126,6 @@ def read(folder: Path) -> dict[str, Core]:
 
 
 def percent(cores: dict[str, Core]) -> float:
-    """Share of the lines of all cores that were run."""
+    """Return the share of run lines of all cores."""
     whole = sum(len(core.lines) for core in cores.values())
     return 100*sum(run(core.lines) for core in cores.values())/whole if whole else 0.0

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""The tests in C run the firmware, and what they do not run is seen."""
+"""The C tests run the firmware, and what they do not run is reported."""
 
 import subprocess
 
@@ -28,7 +28,7 @@ def test_the_floors_hold(measured):
 
 @pytest.mark.long
 def test_every_source_is_measured(measured):
-    """Or excluded with a reason, and what is excluded exists and is not measured all the same."""
+    """Every source is measured, or excluded with a reason; an excluded file exists and is not measured."""
     assert not firmware.unmeasured(measured)
     for name, reason in firmware.EXCLUDED.items():
         assert (firmware.FIRMWARE / name).is_file()
@@ -37,7 +37,7 @@ def test_every_source_is_measured(measured):
 
 
 def test_what_is_not_run_is_seen():
-    """Of two programs' counts alone the floors do not hold, and of none there is nothing to judge."""
+    """The counts of two programs are below the floors, and without counts there is nothing to judge."""
     with build_for_coverage() as out:
         firmware.zero(out)
         with pytest.raises(firmware.CoverageError, match="nothing was counted"):
@@ -52,7 +52,7 @@ def test_what_is_not_run_is_seen():
     cobs = once["link/protocol/cobs.c"]
     assert cobs.lines_run == len(cobs.lines)
     assert twice["link/protocol/cobs.c"].lines == {line: 2*count for line, count in cobs.lines.items()}
-    # It calls one function of that file.
+    # The program calls one function of that file.
     missed = more["lib/stereo_settings.c"].missed_lines
     assert missed
     assert f"line {missed[0]} is not run" in firmware.page(more, missed=True)

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Which lines of the gateware cannot be run, and so are not counted."""
+"""Lines of the gateware that cannot run, and so do not count."""
 
 from campaigns.coverage.gateware import dead_lines
 
@@ -31,7 +31,7 @@ end
 
 
 def test_dead_lines():
-    """What is under a register that nothing drives, to its own end; not what is under one that is driven."""
+    """Lines under a register that nothing drives are dead, up to its end; lines under a driven one are not."""
     assert dead_lines(VERILOG) == {7, 8, 9, 10, 11}
     assert dead_lines(VERILOG.replace("whole_reset <= enable", "count <= 2'd3")) == {7, 8, 9, 10, 11, 15, 16, 17}
     assert dead_lines(VERILOG.replace("whole_reset <=", "part_reset <=")) == {15, 16, 17}

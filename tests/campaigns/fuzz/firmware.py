@@ -24,7 +24,7 @@ SOURCES = CHECKOUT / "firmware" / "fuzz"
 CORPUS  = SOURCES / "corpus"
 TARGETS = sorted(path.stem.removeprefix("fuzz_") for path in SOURCES.glob("fuzz_*.c"))
 
-#: Bytes of an input: a message and more, or a long conversation.
+#: Longest input in bytes: a message and more, or a long conversation.
 LENGTHS = {"cobs": 1200, "message": 1200, "pool": 300, "records": 120, "session": 400}
 
 #: Seconds that one input may take.
@@ -32,27 +32,27 @@ LIMIT_S = 10
 
 
 class FuzzError(RuntimeError):
-    """A target cannot be built or run: what is wrong, what to do."""
+    """A target cannot be built or run; says what is wrong, and what to do."""
 
 
 @dataclass(frozen=True)
 class Result:
-    """What came of a target."""
+    """The result of a target."""
     target:     str
     executions: int
-    edges:      int          #: of the program, that some input has reached
+    edges:      int          #: edges of the program that the inputs reached
     corpus:     int          #: inputs that each reach something new
-    crash:      Path | None  #: the input of a fault
-    complaint:  str          #: what the fault is
+    crash:      Path | None  #: input that shows a fault
+    complaint:  str          #: description of the fault
 
     def __str__(self) -> str:
-        """The result in one line."""
+        """Return the result in one line."""
         line = f"{self.target:8} {self.executions:10} executions {self.edges:5} edges {self.corpus:5} inputs"
         return f"{line}  FAULT: {self.complaint}: {self.crash}" if self.crash else line
 
 
 def build(target: str, planted: bool = False) -> Path:
-    """Builds a target, as it is or with the fault that it has to find, or brings it up to date."""
+    """Build a target if it is not up to date, as it is or with the planted fault."""
     for tool in ("clang", "make"):
         if not shutil.which(tool):
             raise FuzzError(f"{tool} is needed for the fuzz targets: .ci/install installs it")
@@ -61,7 +61,7 @@ def build(target: str, planted: bool = False) -> Path:
     command = ["make", "-f", SOURCES / "Makefile", f"OUT={out}", f"FAULT={'-DPLANTED_FAULT' if planted else ''}",
                f"fuzz_{target}"]
     with open(out / "lock", "w", encoding="ascii") as lock:
-        # Test processes may run side by side.
+        # Several test processes may build at the same time.
         fcntl.flock(lock, fcntl.LOCK_EX)
         done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode:
@@ -70,7 +70,7 @@ def build(target: str, planted: bool = False) -> Path:
 
 
 def run(target: str, seconds: int, seed: int = 1, planted: bool = False) -> Result:
-    """Runs a target from its corpus on, until a fault or for so long; what it finds new is thrown away."""
+    """Run a target from its corpus on, until it fails or the time is over; new inputs are discarded."""
     program = build(target, planted)
     crashes = build_directory() / "fuzz_crashes"
     crashes.mkdir(parents=True, exist_ok=True)
@@ -83,7 +83,7 @@ def run(target: str, seconds: int, seed: int = 1, planted: bool = False) -> Resu
 
 
 def judged(target: str, status: int, log: str) -> Result:
-    """What the output of a target says."""
+    """Return the result that the output of a target means."""
     executions = re.search(r"stat::number_of_executed_units:\s*(\d+)", log)
     progress   = re.findall(r"cov: (\d+) ft: \d+ corp: (\d+)", log)
     edges, corpus = map(int, progress[-1]) if progress else (0, 0)
@@ -96,7 +96,7 @@ def judged(target: str, status: int, log: str) -> Result:
 
 
 def main() -> int:
-    """Run, print a line for each target; the exit status is 1 if one has found a fault."""
+    """Run the targets, and print a line for each; the exit status is 1 if one has found a fault."""
     parser = argparse.ArgumentParser(prog="fuzz.firmware", description="run the firmware's fuzz targets")
     parser.add_argument("--seconds", type=int, default=60, help="for each target (default: %(default)s)")
     parser.add_argument("--seed", type=int, default=1, help="of what is tried (default: %(default)s)")

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""`make mutation`: break the gateware in small ways, and see whether the tests of the broken core say so."""
+"""`make mutation`: break the gateware in small ways, and check that the tests of the broken core notice."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from .mutants import Mutant, drawn, source_of
 
 GATEWARE = CHECKOUT / "gateware"
 
-#: Tests of each core, the fast ones: pytest's arguments, with files as they are called in `tests`.
+#: Fast tests of each core: arguments of pytest, with files relative to `tests`.
 TESTS = {
     "absolute_difference": ["gateware/matcher/test_pixels.py", "-k", "absolute_difference"],
     "alignment":           ["gateware/matcher/test_pixels.py", "-k", "alignment"],
@@ -34,7 +34,7 @@ TESTS = {
     "left_right_check":    ["gateware/post/test_left_right.py"],
     "line_buffer":         ["gateware/matcher/test_pixels.py", "-k", "line_buffer"],
     "median":              ["gateware/post/test_map.py", "-k", "median"],
-    # The peripheral does not ask for all marks, the proof does.
+    # The proof requires all marks, the peripheral does not.
     "pair_reader":         ["formal/test_formal.py", "gateware/peripherals/test_stereo_peripheral.py",
                             "-k", "test_stereo_peripheral or passes and PairReader"],
     "stereo_crossing":     ["gateware/peripherals/test_stereo_peripheral.py", "-k", "crossed or faster"],
@@ -51,12 +51,12 @@ TESTS = {
     "winner":              ["gateware/post/test_selection.py", "-k", "winner"],
 }
 
-#: Seconds that the tests of a mutant may take. One that makes them hang is told from one that they refuse.
+#: Seconds that the tests of a mutant may take: a mutant that makes them hang is reported as such.
 LIMIT_S = 1800
 
 
 def outcome(mutant: Mutant, sources: str) -> str:
-    """What the tests of the core say to the fault: "survived", "caught" or "hung"."""
+    """Return the verdict of the core's tests: "survived", "caught" or "hung"."""
     folder = build_directory() / "mutation"
     known  = folder / "results" / f"{content_key([mutant.source, sources, *TESTS[mutant.core]])}.txt"
     if known.is_file():
@@ -68,7 +68,7 @@ def outcome(mutant: Mutant, sources: str) -> str:
         (copy / package).symlink_to(CHECKOUT / package)
     shutil.copytree(GATEWARE, copy / "gateware", ignore=shutil.ignore_patterns("__pycache__"))
     source_of(copy / "gateware", mutant.core).write_text(mutant.source)
-    # Each simulator runs once and briefly, so compiling it is what takes time.
+    # Each simulator runs once and briefly, so most of the time is for compiling it.
     environment = os.environ | {"PYTHONPATH": str(copy.parent), "PYTHONDONTWRITEBYTECODE": "1",
                                 "LITESTEREO_BUILD": str(folder / "build"),
                                 "LITESTEREO_OPTIMIZATION": "-O0", "MAKEFLAGS": " -- OPT_GLOBAL=-O0"}
@@ -80,9 +80,9 @@ def outcome(mutant: Mutant, sources: str) -> str:
             status = subprocess.run(command, cwd=CHECKOUT, env=environment, stdout=output, stderr=subprocess.STDOUT,
                                     timeout=LIMIT_S, check=False).returncode
         except subprocess.TimeoutExpired:
-            # Not kept: it may be the computer that was busy.
+            # Not recorded: the computer may have been busy.
             return "hung"
-    # 1: a test failed; 2: the core could not even be made; below 0: its simulation gave up.
+    # 1: a test failed; 2: the core could not be made; below 0: its simulation was killed.
     if status > 2:
         raise RuntimeError(f"pytest ended with status {status}: see {log}")
     result = "caught" if status else "survived"
@@ -102,7 +102,7 @@ def main() -> int:
     sources = source_key(GATEWARE, CHECKOUT / "sim", CHECKOUT / "tests" / "gateware", CHECKOUT / "tests" / "support")
     judged  = {"caught": [], "hung": [], "equivalent": [], "survived": []}
     for mutant in drawn(GATEWARE, options.cores, options.count, options.seed):
-        # Tests that fail in any case would catch everything.
+        # Tests that already fail would catch every mutant.
         whole = Mutant(mutant.core, 0, "none", "", "", "", source_of(GATEWARE, mutant.core).read_text())
         if outcome(whole, sources) != "survived":
             print(f"mutation: the tests of {mutant.core} fail, or take too long, without a fault", file=sys.stderr)

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Mutants that behave as the core does, and why: core, line, source, what stands in its place."""
+"""Mutants that behave like the core, and why: core, line, source, replacement."""
 
 EQUIVALENT: dict[tuple[str, str, str, str], str] = {
     ("left_right", "self.sync += second_pass.credit.eq(fifo.level < FIFO_DEPTH - second_pass.latency - 2)", "2", "3"):

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Small faults in the source of a core: what could be a slip of whoever wrote it."""
+"""Small faults in the source of a core, as a slip of the author could make them."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from pathlib import Path
 COMPARISONS = {ast.Eq: ast.NotEq, ast.NotEq: ast.Eq, ast.Lt: ast.LtE, ast.LtE: ast.Lt, ast.Gt: ast.GtE, ast.GtE: ast.Gt}
 OPERATORS   = {ast.Add: ast.Sub, ast.Sub: ast.Add, ast.BitAnd: ast.BitOr, ast.BitOr: ast.BitAnd}
 
-# Where a number is a width or a depth, or refuses a parameter; a bit too many there changes nothing.
+# Places where a number is a width or a depth, or limits a parameter: a bit more changes nothing there.
 SIZES = {"Signal", "Memory", "SyncFIFO", "Endpoint", "check", "bits_for", "range", "log2_int", "WaitTimer", "max"}
 
 
@@ -24,21 +24,21 @@ SIZES = {"Signal", "Memory", "SyncFIFO", "Endpoint", "check", "bits_for", "range
 class Mutant:
     """A core with one fault."""
     core:   str  #: module of the gateware
-    line:   int  #: of its source
-    kind:   str  #: of the fault
+    line:   int  #: line of its source
+    kind:   str  #: kind of the fault
     before: str
     after:  str
-    code:   str  #: the line where it begins, as it was
-    source: str  #: of the whole module, with the fault
+    code:   str  #: first source line of the fault, unchanged
+    source: str  #: source of the whole module, with the fault
 
     @property
     def name(self) -> str:
-        """Where and what it is, in a line."""
+        """Return place and kind of the fault, in a line."""
         return f"{self.core}.py:{self.line} {self.kind}: {self.before} -> {self.after}"
 
 
 def faults(node: ast.AST) -> Iterator[tuple[str, ast.AST]]:
-    """Kinds of faults that this very node can have, and what then stands in its place."""
+    """Yield the kinds of faults that are possible at this node, with the node that replaces it."""
     match node:
         case ast.Compare(left=left, ops=[operator], comparators=[right]) if type(operator) in COMPARISONS:
             yield "comparison", ast.Compare(left, [COMPARISONS[type(operator)]()], [right])
@@ -59,7 +59,7 @@ def faults(node: ast.AST) -> Iterator[tuple[str, ast.AST]]:
 
 
 def hardware(tree: ast.Module) -> Iterator[ast.AST]:
-    """Nodes of a module that describe logic: those of statements that go to `comb`, `sync` or a state, and delays."""
+    """Yield the nodes of a module that describe logic: statements of `comb`, `sync` or a state, and delays."""
     def walk(node: ast.AST) -> Iterator[ast.AST]:
         if isinstance(node, ast.Call):
             called = node.func.id if isinstance(node.func, ast.Name) else getattr(node.func, "attr", "")
@@ -68,7 +68,7 @@ def hardware(tree: ast.Module) -> Iterator[ast.AST]:
         if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant):
             return
         yield node
-        # Places of bits and of lanes are wiring.
+        # Indices of bits and of lanes are wiring.
         children = [node.value] if isinstance(node, ast.Subscript) else ast.iter_child_nodes(node)
         for child in children:
             yield from walk(child)
@@ -87,7 +87,7 @@ def hardware(tree: ast.Module) -> Iterator[ast.AST]:
 
 
 def mutants_of(path: Path) -> list[Mutant]:
-    """All mutants of a core, in the order of its source."""
+    """Return all mutants of a core, in the order of its source."""
     source = path.read_text()
     lines  = source.splitlines(keepends=True)
     starts = [0]
@@ -101,7 +101,7 @@ def mutants_of(path: Path) -> list[Mutant]:
             end    = starts[node.end_lineno - 1] + node.end_col_offset
             before = ast.get_source_segment(source, node)
             after  = ast.unparse(ast.fix_missing_locations(other))
-            # In brackets, so that what is around it still binds as it did.
+            # Parentheses keep the precedence of what is around it.
             text   = data[:begin] + f"({after})".encode() + data[end:]
             code   = lines[node.lineno - 1].strip()
             short  = [" ".join(part.split()) for part in (before, after)]
@@ -110,13 +110,13 @@ def mutants_of(path: Path) -> list[Mutant]:
 
 
 def source_of(folder: Path, core: str) -> Path:
-    """Return the file of a core: there is one of that name in the folders of the gateware."""
+    """Return the file of a core, whose name is unique in the folders of the gateware."""
     (path,) = folder.rglob(f"{core}.py")
     return path
 
 
 def drawn(folder: Path, cores: list[str], count: int, seed: int) -> list[Mutant]:
-    """`count` different mutants of these cores, as evenly spread as can be; the same ones for the same seed."""
+    """Draw `count` different mutants of these cores, spread evenly over them; the seed decides."""
     rng   = random.Random(seed)
     pools = {core: mutants_of(source_of(folder, core)) for core in cores}
     for pool in pools.values():

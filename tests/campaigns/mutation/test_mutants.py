@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Mutants are small, real and always the same; what they break is judged by `make mutation`."""
+"""Mutants are small, real and reproducible; `make mutation` judges them."""
 
 import ast
 from pathlib import Path
@@ -22,7 +22,7 @@ KINDS    = {"comparison", "operator", "sign", "off by one", "swapped operands", 
 
 @pytest.mark.parametrize("core", sorted(TESTS))
 def test_a_mutant_differs_in_one_place(core: str) -> None:
-    """Each one is Python, another program than the core, and the same in front of the fault and behind it."""
+    """Each mutant is Python, differs from the core, and equals it before and after the fault."""
     source = source_of(GATEWARE, core).read_text()
     found  = mutants_of(source_of(GATEWARE, core))
     assert found
@@ -36,7 +36,7 @@ def test_a_mutant_differs_in_one_place(core: str) -> None:
 
 
 def test_the_seed_draws_them() -> None:
-    """The same seed gives the same ones, all different, of all cores and all kinds."""
+    """A seed draws the same mutants every time, all different, of all cores and all kinds."""
     first = drawn(GATEWARE, sorted(TESTS), 200, 1)
     assert first == drawn(GATEWARE, sorted(TESTS), 200, 1)
     assert first != drawn(GATEWARE, sorted(TESTS), 200, 2)
@@ -46,14 +46,14 @@ def test_the_seed_draws_them() -> None:
 
 
 def test_every_core_has_tests() -> None:
-    """The folder of tests has what is said of it."""
+    """Every core has tests, and their files exist."""
     for arguments in TESTS.values():
         files = [part for part in arguments if part.endswith(".py")]
         assert files and all((CHECKOUT / "tests" / file).is_file() for file in files)
 
 
 def test_exceptions_are_of_this_source() -> None:
-    """What is known to be equivalent is still a mutant of the core: an exception does not outlive its line."""
+    """Each equivalent mutant is still one of the core: an exception ends with its line."""
     for core, *rest in EQUIVALENT:
         found = mutants_of(source_of(GATEWARE, core))
         assert tuple(rest) in {(mutant.code, mutant.before, mutant.after) for mutant in found}

@@ -20,7 +20,7 @@ from .run import Host, Tally
 
 
 def report(tally: Tally, counts: dict[str, int], ways) -> str:
-    """What was done to the system, and what came of it."""
+    """Return a report of the faults and the results."""
     network = {name: sum(getattr(way, name) for way in ways) for name in ("lost", "duplicated", "reordered", "flipped")}
     faults  = {**{f"datagrams {name}": count for name, count in network.items()},
                "accesses to memory that waited": counts["stalls"], "times that memory froze": counts["freezes"],
@@ -37,12 +37,12 @@ def report(tally: Tally, counts: dict[str, int], ways) -> str:
 
 
 def main() -> int:
-    """Soak and report; the exit status is 1 if a frame was lost or is wrong."""
+    """Run the soak and report; the exit status is 1 if a frame was lost or is wrong."""
     parser = argparse.ArgumentParser(prog="soak")
     parser.add_argument("--frames", type=int, default=100_000, help="frames to match (default: %(default)s)")
     parser.add_argument("--seed", type=int, default=1, help="what draws everything (default: %(default)s)")
     parser.add_argument("--haste", type=int, default=1, help="faults come so many times as often (default: 1)")
-    parser.add_argument("--own-clock", action="store_true", help="the matcher has a clock of its own")
+    parser.add_argument("--own-clock", action="store_true", help="the matcher has a separate clock")
     options = parser.parse_args()
     console = Console(stderr=True)
     with console.status("building the simulated SoC with its firmware for this computer (a minute)"):

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Builds the simulated SoC with its firmware on this computer's processor into one program."""
+"""Build the simulated SoC, and its firmware for this computer's processor, as one program."""
 
 from __future__ import annotations
 
@@ -22,15 +22,15 @@ SOAK     = Path(__file__).resolve().parent
 FIRMWARE = CHECKOUT / "firmware"
 WIRE     = CHECKOUT / "sim" / "socs" / "modules" / "ethernet2socket"
 
-#: Sources that only the processor of the SoC can run.
+#: Sources for the SoC's processor only.
 ELSEWHERE = {FIRMWARE / "app" / "main.c", FIRMWARE / "drivers" / "platform.c"}
 
-#: Registers and DMA have 32-bit addresses: no program that lies anywhere.
+#: Registers and DMA have 32-bit addresses, so the program must not be position-independent.
 C_FLAGS   = ["-std=gnu11", "-O2", "-g", "-Wall", "-Wextra", "-Werror", "-fno-pie", "-fsanitize=undefined",
              "-fno-sanitize-recover=all"]
 VERILATOR = ["verilator", "--cc", "--exe", "-O3", "--x-assign", "fast", "--x-initial", "fast", "--noassert",
              "-Wno-fatal", "-Wno-WIDTH", "-Wno-CASEINCOMPLETE", "--top-module", "core", "-CFLAGS",
-             "-O2 -fno-pie -Wno-reserved-user-defined-literal",  # LiteX's error.h is for gcc.
+             "-O2 -fno-pie -Wno-reserved-user-defined-literal",  # LiteX's error.h requires gcc.
              "-LDFLAGS", "-no-pie -ljson-c -fsanitize=undefined", "-o", "soak"]
 
 
@@ -41,7 +41,7 @@ def _sources() -> list[Path]:
 
 
 def build(own_clock: bool = False) -> Path:
-    """The program `soak`; made once for each content. With `own_clock` the matcher has one.
+    """Build the program `soak`, once for each content. With `own_clock` the matcher has a separate clock.
 
     Raises
     ------

@@ -19,7 +19,7 @@ from support.udp_proxy import udp_proxied
 
 from .build import build
 
-#: Chances per datagram, in either direction.
+#: Chances per datagram, in each direction.
 NETWORK = {"loss": 0.02, "duplication": 0.02, "reordering": 0.05, "flips": 0.005}
 
 ANNOUNCEMENT = "[ethernet2socket] listening on 127.0.0.1:"
@@ -27,31 +27,32 @@ ANNOUNCEMENT = "[ethernet2socket] listening on 127.0.0.1:"
 
 @dataclass
 class Machine:
-    """A running system: where it is, and, when it has ended, what was done to it."""
+    """A running system: its address, and, after its end, the counts of its faults."""
     url:     str
     ways:    tuple[Faults, Faults]
     process: subprocess.Popen
-    streams: bool  #: whether it matches frames as they come
+    streams: bool  #: whether it supports streamed frames
     counts:  dict[str, int] = field(default_factory=dict)
 
 
 @contextlib.contextmanager
 def machine(seed: int, haste: int = 1, own_clock: bool = False) -> Iterator[Machine]:
-    """Runs the system until the end of the block.
+    """Run the system until the end of the block.
 
     Parameters
     ----------
     seed
         Draws all faults.
     haste
-        How many times as often resets, hangs, bus errors and changes of stalls and clocks come: for short runs.
+        How many times as often resets, hangs, bus errors and changes of stalls and clocks happen: for short soaks.
     own_clock
-        The matcher has a clock of its own.
+        The matcher has a separate clock.
 
     Raises
     ------
     RuntimeError
-        It ended by itself: the DMA left the memory, a register did not answer, or the firmware did something undefined.
+        The system ended by itself: the DMA left the memory, a register did not answer, or the firmware did something
+        undefined.
     """
     ways = tuple(Faults(**NETWORK, rng=byte_generator(90, seed, way)) for way in (0, 1))
     pipe = subprocess.PIPE

@@ -4,8 +4,8 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-/* The firmware as it is, on this computer's processor, with the simulated SoC at its bus. In between it is reset, and made to
- * hang. */
+/* The unchanged firmware on this computer's processor, with the simulated SoC at its bus. At random it is reset, and
+ * made to hang. */
 
 #define _DEFAULT_SOURCE
 
@@ -24,7 +24,7 @@
 #include <generated/csr.h>
 #include <generated/soc.h>
 
-/* Clocks: the watchdog's, and how rare resets and hangs are. */
+/* Clocks: the watchdog's, and the mean time between resets and between hangs. */
 #define WATCHDOG_CLOCKS 200000u
 #define RESET_CLOCKS    6000000u
 #define HANG_CLOCKS     30000000u
@@ -47,7 +47,7 @@ static void stop(int signal)
     stopped = 1;
 }
 
-/* What the machine wants. */
+/* Functions that the machine calls. */
 
 void machine_stereo_interrupt(void)
 {
@@ -135,7 +135,7 @@ static void handle_watchdog(void)
     reset_now(RESET_WATCHDOG, 0, 0);
 }
 
-static void befall(void)
+static void disturb(void)
 {
     if (machine_strikes(RESET_STRIKES, RESET_CLOCKS)) {
         machine_counts.resets++;
@@ -144,7 +144,7 @@ static void befall(void)
     if (machine_strikes(HANG_STRIKES, HANG_CLOCKS)) {
         machine_counts.hangs++;
         for (;;) {
-            /* A register at a time: a reset ends it. */
+            /* Short runs and register accesses: a reset ends the loop. */
             machine_run(1000);
             (void)clock_now();
         }
@@ -192,7 +192,7 @@ int main(int argc, char **argv)
     watchdog_start(WATCHDOG_CLOCKS);
     while (!stopped) {
         app_poll(machine.app);
-        befall();
+        disturb();
     }
     report();
     return 0;

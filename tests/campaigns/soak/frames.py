@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Small frames and settings, drawn at random."""
+"""Small random frames and settings."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from support.pairs import textured_pair
 
 from .soc import MATCHER
 
-#: Rows of most frames, and pixels of a row, at most; one frame in ten is larger. Small ones are done sooner.
+#: Most rows, and most pixels of a row, of a usual frame; one frame in ten is larger. Small frames take less time.
 MOST_ROWS, MOST_COLUMNS = 12, 44
 LARGE_ROWS              = 32
 
 
 @dataclass(frozen=True)
 class Batch:
-    """Pairs that are matched with the same settings, and the maps that they have to give."""
+    """Pairs that share settings, and their expected maps."""
     settings: MatcherSettings
     pairs:    list[Pair]
     maps:     list[NDArray[np.int16]]
@@ -48,7 +48,7 @@ def _settings(rng: np.random.Generator) -> MatcherSettings:
 
 
 def drawn_batch(rng: np.random.Generator, count: int) -> Batch:
-    """Pairs of sizes from the smallest that the settings allow, to what the soaked matcher takes."""
+    """Draw pairs of sizes from the smallest that the settings allow to the largest of the soaked matcher."""
     settings = _settings(rng)
     least    = settings.minimum_size
     pairs    = []

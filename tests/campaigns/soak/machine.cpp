@@ -27,7 +27,7 @@ machine_counts_t machine_counts;
 
 namespace {
 
-// Clocks between two changes of what the memory does, and of the clocks' ratio.
+// Mean clocks between two changes of the memory's behaviour, and of the clocks' ratio.
 constexpr uint32_t MOOD_CLOCKS = 20000, RATIO_CLOCKS = 200000, ERROR_CLOCKS = 4000000;
 constexpr uint64_t SYS_HALF = 1000;  // Half a period of `sys`; that of `eth` is drawn.
 constexpr unsigned MATCHER_PORTS = 2;  // The first ones: only their DMA is answered with errors.
@@ -63,7 +63,7 @@ uint64_t drawn(uint64_t limit)
     exit(3);
 }
 
-// Clocks that an access waits, by the mood that the memory is in.
+// Clocks that an access waits, by the memory's mood.
 uint32_t wait_clocks()
 {
     switch (mood) {
@@ -168,7 +168,7 @@ void connect_wire()
     wire_module.add_pads(wire, &pads);
 }
 
-void befall()
+void disturb()
 {
     if (machine_strikes(MOOD_STRIKES, MOOD_CLOCKS)) {
         mood = (unsigned)drawn(4);
@@ -184,7 +184,7 @@ void befall()
     error_due |= machine_strikes(ERROR_STRIKES, ERROR_CLOCKS) != 0;
 }
 
-// An edge of the matcher's own clock, if it has one and that is what comes first.
+// An edge of the matcher's separate clock, if it has one and that edge comes first.
 bool step_of_matcher()
 {
 #if MATCHER_CLOCK
@@ -218,7 +218,7 @@ void step()
                 port->clock();
             }
             if (machine_counts.clocks % 256 == 0) {
-                befall();
+                disturb();
             }
         }
     } else {
@@ -297,7 +297,7 @@ void machine_begin(uint64_t seed, uint32_t haste)
 {
     hurry = haste;
     random_state = seed * 2 + 1;
-    for (int turn = 0; turn < 16; turn++) {
+    for (int round = 0; round < 16; round++) {
         drawn(2);
     }
     memory = (uint8_t *)mmap((void *)(uintptr_t)MACHINE_MEMORY_BASE, MACHINE_MEMORY_SIZE, PROT_READ | PROT_WRITE,

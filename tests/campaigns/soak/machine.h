@@ -4,7 +4,7 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-/* The simulated SoC as its firmware sees it, and what befalls it. */
+/* The simulated SoC as its firmware sees it, and its faults. */
 
 #ifndef SOAK_MACHINE_H
 #define SOAK_MACHINE_H
@@ -16,7 +16,8 @@
 extern "C" {
 #endif
 
-/* Where the main memory is, for the firmware and for the DMA alike: below 4 GiB, and above where the kernel may put a heap. */
+/* Address of the main memory for firmware and DMA: below 4 GiB, and above the addresses where the kernel may put a
+ * heap. */
 #define MACHINE_MEMORY_BASE 0x50000000u
 #define MACHINE_MEMORY_SIZE (4u << 20)
 
@@ -28,27 +29,27 @@ typedef struct {
     uint64_t stalls;       /**< Accesses to memory that had to wait. */
     uint64_t freezes;      /**< Times that the memory did not answer for thousands of clocks. */
     uint64_t bus_errors;   /**< Accesses of the matcher that were answered with an error. */
-    uint64_t resets;       /**< Resets out of the blue. */
-    uint64_t hangs;        /**< Times that the firmware did not come round until the watchdog reset it. */
+    uint64_t resets;       /**< Resets at random. */
+    uint64_t hangs;        /**< Times that the firmware hung until the watchdog reset it. */
 } machine_counts_t;
 
 extern machine_counts_t machine_counts;
 
-/** Makes the memory and the SoC, and the wire at a free UDP port of this computer. Faults come `haste` times as often as
- * they are said to. */
+/** Creates the memory and the SoC, and the wire at a free UDP port of this computer. Faults come `haste` times as often
+ * as by default. */
 void machine_begin(uint64_t seed, uint32_t haste);
 
-/** Register accesses of the firmware, over the SoC's bus. They do not return if the SoC is reset meanwhile. */
+/** Access a register over the SoC's bus. Does not return if the SoC is reset meanwhile. */
 uint32_t machine_read(uint32_t address);
 void     machine_write(uint32_t address, uint32_t value);
 
-/** Lets the SoC run alone. */
+/** Runs the SoC without an access. */
 void machine_run(uint32_t clocks);
 
-/** Whether it is time for a fault that strikes once in so many clocks, on average. */
+/** Returns whether a fault strikes now that strikes once in so many clocks on average. */
 int machine_strikes(unsigned fault, uint32_t clocks);
 
-/* What the firmware's program supplies: interrupts, and a new start when the SoC has been reset. */
+/* Supplied by the firmware's program: interrupts, and a restart after a reset of the SoC. */
 void machine_stereo_interrupt(void);
 void machine_watchdog_interrupt(void);
 void machine_restart(void) __attribute__((noreturn));

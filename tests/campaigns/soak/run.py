@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""A host that has frames matched whatever befalls the device, and compares every map with the reference model."""
+"""A host that matches frames while the device is disturbed, and compares every map with the reference model."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ from litestereo.host_tools.link.settings import LinkSettings
 from .device import Machine
 from .frames import Batch, drawn_batch
 
-#: How often a pair is given to the device before it counts as lost.
+#: Attempts at a pair until it counts as lost.
 MOST_TRIES = 30
 
-#: Pairs of a batch.
+#: Most pairs of a batch.
 MOST_PAIRS = 64
 
 LINK = LinkSettings(silence_limit_s=3.0, hello_limit_s=30.0)
@@ -32,26 +32,26 @@ LINK = LinkSettings(silence_limit_s=3.0, hello_limit_s=30.0)
 
 @dataclass
 class Tally:
-    """What came of it."""
-    frames:      int = 0 #: maps that came back
-    wrong:       int = 0 #: of them, those that are not the model's
+    """The results of a soak."""
+    frames:      int = 0 #: maps received
+    wrong:       int = 0 #: maps that differ from the model's
     lost:        int = 0 #: pairs without a map after `MOST_TRIES`
-    recoveries:  int = 0 #: times that the link or a frame failed, and the pairs without a map were given once more
-    aborted:     int = 0 #: batches that the host gave up in the middle
-    vanished:    int = 0 #: times that the host went away without a word
-    streamed:    int = 0 #: maps of pairs that were matched as they came, past the memory
-    causes:      dict[str, int] = field(default_factory=dict) #: of the recoveries
+    recoveries:  int = 0 #: failures of the link or of a frame, after which the pairs without a map were sent again
+    aborted:     int = 0 #: batches that the host aborted
+    vanished:    int = 0 #: times that the host disappeared without a BYE
+    streamed:    int = 0 #: maps of streamed frames
+    causes:      dict[str, int] = field(default_factory=dict) #: causes of the recoveries
 
 
 class Host:
-    """Draws batches and has them matched.
+    """Draws batches and matches them.
 
     Parameters
     ----------
     machine
         The device.
     rng
-        Draws everything.
+        Generator of all random numbers.
     tick
         Called after each map.
     """
@@ -65,7 +65,7 @@ class Host:
         self.streamed  = False
 
     def run(self, frames: int) -> Tally:
-        """Batches until so many maps have come; ends early if one is wrong or a pair is lost."""
+        """Match batches until there are `frames` maps; end early if a map is wrong or a pair is lost."""
         while self.tally.frames < frames and not self.tally.wrong and not self.tally.lost:
             batch = drawn_batch(self.rng, int(self.rng.integers(1, MOST_PAIRS + 1)))
             self._surprise(batch)
@@ -80,7 +80,7 @@ class Host:
         return self.device
 
     def _surprise(self, batch: Batch) -> None:
-        """Now and then the host begins with something and does not end it."""
+        """Sometimes start something on the host and abandon it."""
         chance = self.rng.random()
         if chance > 0.12:
             return
@@ -89,7 +89,7 @@ class Host:
             for _ in range(int(self.rng.integers(len(batch.pairs)))):
                 next(maps)
             if chance < 0.02:
-                # Nothing is said to the device; its session ends by silence.
+                # The device is not told; its session ends by silence.
                 self.gone   = [*self.gone, self._connected()][-4:]
                 self.device = None
                 self.tally.vanished += 1

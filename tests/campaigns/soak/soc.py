@@ -3,8 +3,8 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""The simulated SoC without its CPU: the registers' bus, the memory's ports and the wire are pins of the top level.
-`machine.cpp` is what they are connected to."""
+"""The simulated SoC without its CPU: the register bus, the memory ports and the wire are pins of the top level.
+`machine.cpp` connects them."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from litestereo.sim.socs.simulated_soc import SimulatedCRG
 from litestereo.soc.flow.mapping import with_garbage
 from litestereo.soc.parts.stereo_soc import StereoSoC
 
-CLOCK_HZ = 200_000 # Few clocks in a second: the firmware's time-outs come soon.
+CLOCK_HZ = 200_000 # A second has few clocks, so that the firmware's timeouts come soon.
 RAM_BITS = 64
 MATCHER  = MatcherParameters(max_width=64, disparities=16, max_block_size=9)
 
@@ -37,7 +37,7 @@ class Wire:
 
 
 class Ports(LiteXModule):
-    """Main memory outside of the SoC: a Wishbone at pins for each port that is asked for, without an arbiter."""
+    """Main memory outside the SoC: Wishbone pins for each requested port, without an arbiter."""
     def __init__(self, pin) -> None:
         self.pin   = pin
         self.count = 0
@@ -54,9 +54,9 @@ class Ports(LiteXModule):
 
 
 class SoakSoC(StereoSoC):
-    """Matcher, frame link, LiteEth's UDP core, timer, watchdog and reset record; a bus master at pins is the CPU.
+    """Matcher, frame link, LiteEth's UDP core, timer, watchdog and reset record; pins of a bus master replace the CPU.
 
-    With `own_clock` the matcher's clock is a pin besides, and there are no streamed frames.
+    With `own_clock` the matcher's clock is a pin too, and there are no streamed frames.
     """
     def __init__(self, own_clock: bool) -> None:
         self.pins: set[Signal] = set()
@@ -77,7 +77,7 @@ class SoakSoC(StereoSoC):
         ]
 
     def pin(self, name: str, bits: int) -> Signal:
-        """New pin of the top level; whether it is an input follows from its use."""
+        """Return a new pin of the top level; its use decides whether it is an input."""
         signal = Signal(bits, name_override=name)
         self.pins.add(signal)
         return signal
@@ -97,8 +97,8 @@ class SoakSoC(StereoSoC):
 
 
 def emitted(own_clock: bool) -> dict[str, str]:
-    """Verilog of the SoC, and the headers that LiteX generates for its firmware: name and text of each file."""
-    # LiteX tells all that it does.
+    """Return the Verilog of the SoC, and LiteX's headers for its firmware: name and text of each file."""
+    # LiteX logs all its steps.
     logging.disable(logging.WARNING)
     soc = SoakSoC(own_clock)
     soc.finalize()

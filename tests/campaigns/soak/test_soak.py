@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""A short soak, and soaks that have to fail."""
+"""A short soak, and soaks that must fail."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def soaked(running, frames):
 
 @pytest.mark.long
 def test_soak():
-    """Faults on all sides, many times as often as in `make soak`: nothing is lost and nothing is wrong."""
+    """With faults on all sides, many times as often as in `make soak`, no frame is lost and no map is wrong."""
     with machine(SEED, haste=40) as running:
         tally = soaked(running, 300)
     assert (tally.lost, tally.wrong) == (0, 0)
@@ -39,7 +39,7 @@ def test_soak():
 
 @pytest.mark.long
 def test_soak_of_a_matcher_with_its_own_clock():
-    """Likewise, and the third clock is any multiple of the system's from a quarter up."""
+    """The same holds if the matcher has a third clock, with any ratio to the system's from a quarter up."""
     with machine(SEED, haste=40, own_clock=True) as running:
         tally = soaked(running, 150)
     assert (tally.lost, tally.wrong) == (0, 0)
@@ -49,7 +49,7 @@ def test_soak_of_a_matcher_with_its_own_clock():
 
 @pytest.mark.long
 def test_a_wrong_map_is_found(monkeypatch):
-    """One pixel of one expected map is another."""
+    """A difference in one pixel of one expected map is found."""
     def altered(rng, count):
         batch = drawn_batch(rng, count)
         batch.maps[-1][-1, -1] += 1
@@ -61,7 +61,7 @@ def test_a_wrong_map_is_found(monkeypatch):
 
 @pytest.mark.long
 def test_a_lost_frame_is_found(monkeypatch):
-    """Nothing gets through any more after the first frames."""
+    """A network that passes nothing after the first frames loses a frame."""
     monkeypatch.setattr(run, "MOST_TRIES", 2)
     monkeypatch.setattr(run, "LINK", dataclasses.replace(run.LINK, silence_limit_s=0.5, hello_limit_s=0.5))
 
@@ -75,7 +75,7 @@ def test_a_lost_frame_is_found(monkeypatch):
 
 @pytest.mark.long
 def test_a_machine_that_ends_by_itself_is_an_error():
-    """It is not taken for something to recover from."""
+    """The end of the machine is an error, not something to recover from."""
     with pytest.raises(RuntimeError, match="ended with status"), machine(SEED, haste=0) as running:
-        # The first fault that is drawn divides by it.
+        # The first drawn fault divides by it.
         running.process.wait(600)

@@ -4,7 +4,7 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-/* Stands in for the header that LiteX generates: a test supplies the functions. */
+/* Replaces the header that LiteX generates: a test supplies the functions. */
 
 #ifndef STUB_GENERATED_CSR_H
 #define STUB_GENERATED_CSR_H

@@ -4,7 +4,7 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-/* Stands in for the header that LiteX generates. */
+/* Replaces the header that LiteX generates. */
 
 #ifndef STUB_GENERATED_SOC_H
 #define STUB_GENERATED_SOC_H

@@ -4,7 +4,7 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-/* Stands in for the header of LiteX's libbase. */
+/* Replaces the header of LiteX's libbase. */
 
 #ifndef STUB_LIBBASE_UART_H
 #define STUB_LIBBASE_UART_H

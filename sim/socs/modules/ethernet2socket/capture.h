@@ -4,7 +4,7 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-/* A file of frames for Wireshark: classic pcap, with nanoseconds, of which a clock is one. */
+/* A file of frames for Wireshark: classic pcap with nanoseconds; a clock counts as one. */
 
 #ifndef CAPTURE_H
 #define CAPTURE_H
@@ -18,7 +18,7 @@
 
 #define CLOCKS_PER_S 1000000000
 
-/* In this computer's byte order, which the reader sees by the magic number. */
+/* In this computer's byte order, which the reader knows by the magic number. */
 static inline bool capture_begin(FILE *file)
 {
     static const struct {
@@ -31,7 +31,7 @@ static inline bool capture_begin(FILE *file)
 }
 
 /*
- * Of a frame longer than FRAME_MOST, `frame` is the beginning. Nothing is held back: the simulator may be killed at any
+ * Of a frame longer than FRAME_MOST, `frame` is the beginning. Nothing is buffered: the simulator may be killed at any
  * time.
  */
 static inline bool capture_frame(FILE *file, uint64_t clock, const uint8_t *frame, size_t length)

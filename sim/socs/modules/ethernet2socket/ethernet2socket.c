@@ -8,9 +8,9 @@
  * litex_sim module: the Ethernet of the simulated SoC, at the pads of LiteEth's PHY model, on a UDP socket of this
  * machine.
  *
- * Unlike LiteX's ethernet it needs no TAP and no rights, and works side by side with others: it plays the one host of
- * the device's network, 192.168.1.100, itself. A datagram from 127.0.0.1:P is a frame from port P of that host for the
- * SoC, and what the SoC sends to that port goes to 127.0.0.1:P. The host answers ARP, and throws away what a real one
+ * Unlike LiteX's ethernet it needs no TAP and no privileges, and many can run at once: the module itself plays the only
+ * host of the device's network, 192.168.1.100. A datagram from 127.0.0.1:P is a frame from port P of that host for the
+ * SoC, and what the SoC sends to that port goes to 127.0.0.1:P. The host answers ARP, and discards what a real one
  * would. Frames come to the SoC at the pace of a wire: a byte per clock, and between two frames the clocks that the
  * preamble, the FCS and the gap of a wire take.
  */
@@ -36,12 +36,12 @@
 #define HOST_MAC     {0x02, 0x00, 0x00, 0x00, 0x00, 0x64}
 #define HOST_ADDRESS 0xc0a80164 /* 192.168.1.100 */
 
-/* Clocks between two looks at the socket while it is empty: rare enough to cost nothing. */
+/* Clocks between two polls of an empty socket: rare enough to cost nothing. */
 #define POLL_CLOCKS  64
-/* Room for a frame of images: the sender has no one to tell it to wait. */
+/* Room for a frame of images: there is no flow control. */
 #define SOCKET_BYTES (4 * 1024 * 1024)
 
-/* What becomes of a frame or datagram: the verdicts on frames of the SoC, and these. */
+/* Outcomes of a frame or datagram: the verdicts on frames of the SoC, and these. */
 enum {
     DATAGRAM_UNSENT = FRAME_VERDICTS,
     DATAGRAM_LONG,
@@ -49,7 +49,7 @@ enum {
     OUTCOMES,
 };
 
-/* Why something is dropped; said the first time. */
+/* Reasons for a drop; printed the first time. */
 static const char *const complaints[OUTCOMES] = {
     [FRAME_SHORT]        = "a frame of the SoC has less than 60 bytes, or a gap",
     [FRAME_LONG]         = "a frame of the SoC has more than 1514 bytes",
@@ -73,7 +73,7 @@ struct session {
     /* The names are LiteX's, seen from the pads: the SoC's source is what it sends. */
     char *clock;
     char *source_data, *source_valid;
-    char *source_ready; /* NULL: the SoC does not look at it */
+    char *source_ready; /* NULL: the SoC does not use it */
     char *sink_data, *sink_valid;
     clk_edge_state_t edge;
     uint64_t clocks;
@@ -81,12 +81,12 @@ struct session {
     struct station host;
     int socket;
     FILE *capture; /* NULL: none */
-    struct frame from_soc; /* of one that is too long, only the length goes on */
+    struct frame from_soc; /* if it is too long, only the length increases */
     struct frame to_soc;
-    size_t sent;         /* bytes of to_soc */
-    unsigned gap_left;   /* clocks */
-    unsigned idle;       /* clocks since a frame could begin */
-    struct frame answer; /* to ARP, waits for the gap after the frame to the SoC; length 0: none */
+    size_t sent;            /* bytes of to_soc */
+    unsigned remaining_gap; /* clocks */
+    unsigned idle;          /* clocks since a frame could begin */
+    struct frame answer;    /* to ARP, waits for the gap after the frame to the SoC; length 0: none */
     uint64_t outcomes[OUTCOMES];
 };
 
@@ -125,7 +125,7 @@ static int listen_on(int port)
         || getsockname(listener, (struct sockaddr *)&address, &length)) {
         fail("cannot listen on port %d: %s", port, strerror(errno));
     }
-    /* The first one goes beyond the system's limit, where that is allowed. */
+    /* The first option exceeds the system's limit, where that is permitted. */
     if (setsockopt(listener, SOL_SOCKET, SO_RCVBUFFORCE, &bytes, sizeof(bytes))) {
         setsockopt(listener, SOL_SOCKET, SO_RCVBUF, &bytes, sizeof(bytes));
     }
@@ -220,7 +220,7 @@ static size_t receive(struct session *session, uint8_t *frame)
     struct sockaddr_in from = {.sin_family = AF_INET};
     socklen_t from_length = sizeof(from);
     struct station sender = session->host;
-    /* With MSG_TRUNC the result is the length that was sent, which may be more than there is room for. */
+    /* With MSG_TRUNC the result is the length that was sent, which may exceed the buffer. */
     ssize_t length = recvfrom(session->socket, frame + PAYLOAD_START, PAYLOAD_MOST, MSG_TRUNC,
                               (struct sockaddr *)&from, &from_length);
 
@@ -254,8 +254,8 @@ static void drive_byte(struct session *session)
     struct frame *frame = &session->to_soc;
 
     *session->sink_valid = 0;
-    if (session->gap_left) {
-        session->gap_left--;
+    if (session->remaining_gap) {
+        session->remaining_gap--;
         return;
     }
     if (session->sent == frame->length) {
@@ -266,7 +266,7 @@ static void drive_byte(struct session *session)
         *session->sink_data = (char)frame->bytes[session->sent++];
         if (session->sent == frame->length) {
             capture(session, frame);
-            session->gap_left = session->settings.gap;
+            session->remaining_gap = session->settings.gap;
             session->idle = 0;
         }
     }

@@ -5,8 +5,8 @@
  */
 
 /*
- * Ethernet, ARP, IPv4 and UDP: as much of them as a host needs that talks UDP with one device. Frames have neither
- * preamble nor FCS. Nothing is believed of a frame that comes in before it was compared with what has really come.
+ * Ethernet, ARP, IPv4 and UDP, as far as a host needs them to talk UDP with one device. Frames have neither preamble
+ * nor FCS. Each field of a received frame is checked against the received bytes before it is used.
  */
 
 #ifndef FRAMES_H
@@ -39,7 +39,7 @@ struct station {
     uint16_t port;
 };
 
-/* What a frame is; from FRAME_SHORT on it is one that a host, or the wire, would throw away. */
+/* Kinds of frames; from FRAME_SHORT on, a host or the wire would discard them. */
 enum verdict {
     FRAME_DATAGRAM,
     FRAME_ARP_REQUEST,
@@ -159,7 +159,7 @@ static inline enum verdict judge_arp(const uint8_t *arp, const struct station *h
     return asks ? FRAME_ARP_REQUEST : FRAME_OTHER;
 }
 
-/* `udp` has `length` bytes, the header of an IPv4 packet with the addresses in `ip` has been checked. */
+/* `udp` has `length` bytes; the IPv4 header at `ip`, with the addresses, is already checked. */
 static inline enum verdict judge_udp(const uint8_t *ip, const uint8_t *udp, size_t length, const struct station *device,
                                      struct datagram *datagram)
 {
@@ -172,7 +172,7 @@ static inline enum verdict judge_udp(const uint8_t *ip, const uint8_t *udp, size
     if (get16(udp + 6) && internet_sum(addresses, udp, length) != 0xffff) {
         return FRAME_UDP_CHECKSUM;
     }
-    /* A host whose socket is connected to the device would not get it. */
+    /* A socket that is connected to the device would not receive it. */
     if (get32(ip + 12) != device->address || get16(udp) != device->port) {
         return FRAME_SENDER;
     }
@@ -180,7 +180,7 @@ static inline enum verdict judge_udp(const uint8_t *ip, const uint8_t *udp, size
     return FRAME_DATAGRAM;
 }
 
-/* `room` bytes have come, padding among them: where the packet ends, its own header tells. */
+/* `room` bytes were received, with padding: the packet's header has its length. */
 static inline enum verdict judge_ip(const uint8_t *ip, size_t room, const struct station *host,
                                     const struct station *device, struct datagram *datagram)
 {
@@ -202,7 +202,7 @@ static inline enum verdict judge_ip(const uint8_t *ip, size_t room, const struct
     return judge_udp(ip, ip + header, total - header, device, datagram);
 }
 
-/* What a frame from the device is to `host`. Of one longer than FRAME_MOST only the length is looked at. */
+/* Judge a frame from the device for `host`. Of a frame longer than FRAME_MOST only the length is used. */
 static inline enum verdict judge(const uint8_t *frame, size_t length, const struct station *host,
                                  const struct station *device, struct datagram *datagram)
 {

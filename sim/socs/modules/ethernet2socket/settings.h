@@ -4,7 +4,7 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-/* The arguments of the module in litex_sim's configuration. What is wrong with one ends the simulator. */
+/* The arguments of the module in litex_sim's configuration. A wrong one ends the simulator. */
 
 #ifndef SETTINGS_H
 #define SETTINGS_H
@@ -29,7 +29,7 @@ struct settings {
 
 static void fail(const char *format, ...) __attribute__((format(printf, 1, 2), noreturn));
 
-/* litex_sim would run on with a device that nobody can reach. */
+/* litex_sim would continue with a device that no host can reach. */
 static void fail(const char *format, ...)
 {
     va_list values;

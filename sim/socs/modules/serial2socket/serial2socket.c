@@ -7,9 +7,9 @@
 /*
  * litex_sim module: the UART of the simulated SoC on a TCP socket of this machine.
  *
- * Unlike LiteX's serial2tcp it listens on the loopback interface only, can be given port 0 (the kernel picks one, and it is
- * printed), holds bytes back when either side is slow, and outlives its clients: one at a time, the next one is taken
- * when the one before has gone. Without a client, what the SoC sends is dropped, as on a UART with no cable.
+ * Unlike LiteX's serial2tcp it listens on the loopback interface only, can be given port 0 (the kernel picks one, and
+ * it is printed), stops bytes when either side is slow, and outlives its clients: it serves one at a time, and accepts
+ * the next once the previous one has gone. Without a client, the SoC's output is dropped, as on a UART without a cable.
  */
 
 #define _GNU_SOURCE /* accept4 */
@@ -31,7 +31,7 @@
 #include "../pads.h"
 
 #define BUFFER_SIZE 4096
-/* Clocks between two looks at the socket: rare enough to cost nothing, often enough to go unnoticed. */
+/* Clocks between two polls of the socket: rare enough to cost nothing, often enough to go unnoticed. */
 #define POLL_CLOCKS 256
 
 struct buffer {
@@ -105,7 +105,7 @@ static int new_session(void **out, char *args)
     session->listener = listen_on(port_argument(args));
     *out = session;
     if (session->listener < 0) {
-        /* litex_sim would run on with a UART that nobody can reach. */
+        /* litex_sim would continue with a UART that no client can reach. */
         exit(1);
     }
     return RC_OK;

@@ -5,10 +5,10 @@
  */
 
 /*
- * litex_sim module: what a screen at the simulated SoC shows, as the file screen.ppm in the folder that the simulator
- * runs in. A picture is there once it is complete, in place of the one before; its comment says how many there were, and
- * what a monitor measures: clocks of pixels from one vertical sync to the next, and horizontal syncs meanwhile. Of a
- * picture that had to wait for the memory, rows are longer: that is printed.
+ * litex_sim module: the screen of the simulated SoC as the file screen.ppm in the simulator's working folder. Each
+ * complete picture replaces the previous one; its comment has the count of pictures, and what a monitor measures: pixel
+ * clocks from one vertical sync to the next, and horizontal syncs in between. If a picture waited for the memory, its
+ * rows are longer: a message reports that.
  */
 
 #include <stdbool.h>
@@ -29,7 +29,7 @@ struct session {
     char *clk, *de, *hsync, *vsync, *r, *g, *b;
     bool was_clk, was_de, was_hsync, was_vsync;
     unsigned pictures;
-    /* Of the picture that is being shown. */
+    /* State of the current picture. */
     unsigned clocks, syncs;
     unsigned rows, width, pixels;
     bool ragged; /* its rows are not all of one width */
@@ -77,7 +77,7 @@ static void write_picture(const struct session *session)
         failed |= fclose(file) != 0;
     }
     if (failed || rename(UNFINISHED, PICTURE)) {
-        /* A test would take the picture before for the latest. */
+        /* A test would mistake the previous picture for the latest. */
         perror("[video2file] cannot write " PICTURE);
         exit(1);
     }
@@ -124,7 +124,7 @@ static void take_pixel(struct session *session)
     rgb[2] = (uint8_t)*session->b;
 }
 
-/* Whether a signal has risen since the last look. */
+/* Return whether a signal has risen since the last sample. */
 static bool rises(bool *was, const char *signal)
 {
     bool before = *was;

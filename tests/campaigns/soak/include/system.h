@@ -4,4 +4,4 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-/* Stands in for LiteX's: there is no cache. */
+/* Replaces LiteX's header: there is no cache. */

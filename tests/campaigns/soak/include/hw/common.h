@@ -4,7 +4,7 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-/* Stands in for LiteX's: a register is read and written over the bus of the simulated SoC. */
+/* Replaces LiteX's header: registers are accessed over the bus of the simulated SoC. */
 
 #ifndef SOAK_COMMON_H
 #define SOAK_COMMON_H

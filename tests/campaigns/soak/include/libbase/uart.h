@@ -4,7 +4,7 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-/* Stands in for LiteX's, and for the UART: what the firmware says goes to standard error, and nobody says anything to it. */
+/* Replaces LiteX's header and the UART: output of the firmware goes to standard error, and there is no input. */
 
 #ifndef SOAK_UART_H
 #define SOAK_UART_H
