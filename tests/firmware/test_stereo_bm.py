@@ -31,10 +31,10 @@ def on_the_cpu(programs, left, right, settings):
 def test_equals_the_model(programs):
     """With any settings and every stage, the map of an awkward pair is the model's, down to the smallest size."""
     rng = generator(80)
-    for turn in range(25):
+    for number in range(25):
         settings      = any_settings(rng)
         width, height = settings.minimum_size
-        if turn % 4:
+        if number % 4:
             width  += int(rng.integers(0, 40))
             height += int(rng.integers(0, 12))
         for name, left, right in awkward_pairs(rng, width, height):

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Policy of all cores and of the SoC around them: what a reader can rely on in each file, and that the rules bite."""
+"""Policy of all cores and of the SoC around them: what a reader can rely on in each file, and that each rule works."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from litestereo.gateware.post.selection.winner import Winner
 from support.paths import CHECKOUT
 from support.policy import BANNED, LONGEST_CONSTRUCTOR, RULES
 
-#: Folders under the policy; others will follow.
+#: Folders under the policy.
 FOLDERS = ("gateware", "soc")
 
 FILES = sorted(str(path.relative_to(CHECKOUT)) for folder in FOLDERS for path in (CHECKOUT / folder).rglob("*.py")
@@ -39,7 +39,7 @@ FILES = sorted(str(path.relative_to(CHECKOUT)) for folder in FOLDERS for path in
 
 @pytest.mark.parametrize("file", FILES)
 def test_policy(file):
-    """No rule is broken."""
+    """The file breaks no rule."""
     source   = (CHECKOUT / file).read_text()
     problems = [f"{file}:{line}: {what}" for rule in RULES.values() for line, what in rule(source)]
     assert not problems, "\n".join(problems)
@@ -54,7 +54,7 @@ CORES = [Raster, Prefilter, LineBuffer, Alignment, SADEngine, AbsoluteDifference
 @pytest.mark.parametrize("features", [None, ["raw"], ["xsobel", "texture"]], ids=str)
 @pytest.mark.parametrize("core", CORES)
 def test_latency_and_reset(core, features):
-    """With all features and with few, a core says how many clocks it takes, or None, and has a reset."""
+    """With all features and with few, a core declares its latency, or None, and has a reset."""
     options = {} if features is None else {"features": features}
     built   = core(MatcherParameters(100, 100, 32, 9, **options))
     assert isinstance(built, LiteXModule) and len(built.reset) == 1
@@ -106,18 +106,18 @@ BROKEN = {
 
 
 def broken_rules(source):
-    """Names of the rules that a source breaks."""
+    """Return the names of the rules that a source breaks."""
     return [name for name, rule in RULES.items() if rule(source)]
 
 
 def test_a_core_that_keeps_to_the_policy():
-    """Comments at either end of a port or above it, a ResetInserter, inner Signals without comments."""
+    """Comments at either end of a port or above it, a ResetInserter, inner Signals without comments are accepted."""
     assert broken_rules(CORE) == []
 
 
 @pytest.mark.parametrize("name", RULES)
 def test_each_rule_bites(name):
-    """A core that breaks one rule is refused by that rule, and by no other."""
+    """Each rule refuses a core that breaks it, and no other rule does."""
     old, new = BROKEN[name]
     assert CORE.count(old) == 1
     assert broken_rules(CORE.replace(old, new)) == [name]
@@ -129,28 +129,28 @@ def test_each_rule_bites(name):
 ])
 @pytest.mark.parametrize("place", ["# It is {}.", '"""It is {}."""', "text = f'{}'", "pass # It is {}."])
 def test_banned_words(phrase, place):
-    """In comments, in docstrings and in other strings."""
+    """Banned words are found in comments, docstrings and other strings."""
     assert RULES["words"](place.format(phrase))
 
 
 def test_banned_words_in_two_lines():
-    """Of a comment, or of a docstring."""
+    """They are found across lines of a comment or docstring."""
     assert RULES["words"]("# A clock of its\n# own.")
     assert RULES["words"]('"""A clock of its\n    own."""')
 
 
 @pytest.mark.parametrize("name", ["nobody", "NobodyWaits", "run_whatever", "stands_for"])
 def test_banned_names(name):
-    """Names are words with underscores or capitals between them."""
+    """They are found in names, whose words are separated by underscores or capitals."""
     assert RULES["words"](f"{name} = 1")
 
 
 @pytest.mark.parametrize("text", ["# A standby.", "# Inline code.", "# In lines of 64.", "# It understands in time."])
 def test_words_that_only_look_like_banned_ones(text):
-    """Whole words count."""
+    """Only whole words count."""
     assert RULES["words"](text) == []
 
 
 def test_each_banned_word_has_a_better_one():
-    """The list tells what to write."""
+    """The list has a replacement for each."""
     assert all(BANNED.values())

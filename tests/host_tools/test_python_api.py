@@ -123,8 +123,8 @@ def test_the_program_in_the_readme(tmp_path):
 
 # Threads.
 
-def test_threads_take_turns(device, pairs, maps):
-    """Four threads, single pairs and streams at once: everybody gets his own maps."""
+def test_threads_share_a_device(device, pairs, maps):
+    """Four threads, single pairs and streams at once: each gets its own maps."""
     def single(number):
         return [(number, device.compute(*pairs[number], SETTINGS).disparity)]
 
@@ -167,7 +167,7 @@ def test_waiting_for_a_thread_that_does_not_let_go(device, pairs, monkeypatch):
         assert pool.submit(device.compute, *pairs[0], SETTINGS).result(timeout=20).settings == SETTINGS
 
 
-def test_an_error_ends_the_turn(device, pairs, maps):
+def test_an_error_releases_the_lock(device, pairs, maps):
     small = np.zeros((3, 3), np.uint8)
     with ThreadPoolExecutor(1) as pool:
         assert isinstance(pool.submit(device.compute, small, small, SETTINGS).exception(timeout=20),

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""The metrics of the demonstration, of `match` and of `eval`: one map has one bad-2.0."""
+"""The demonstration, `match` and `eval` print the same metrics: one map has one bad-2.0."""
 
 from __future__ import annotations
 
@@ -28,12 +28,12 @@ from support.pairs import generator, textured_pair
 
 WIDTH, HEIGHT = 60, 40
 
-#: Figures that all three print, by the heads of eval's table.
+#: Figures that all three print, by their names in eval's table.
 FIGURES = {"density": "density", "bad-1.0": "bad-1.0", "bad-2.0": "bad-2.0"}
 
 
 class DrawnDevice:
-    """A device that returns a given map, of any pair."""
+    """A device that returns a given map for any pair."""
 
     link_counters = None
 
@@ -47,10 +47,10 @@ class DrawnDevice:
         self.close()
 
     def close(self):
-        """Hold nothing."""
+        """Release nothing."""
 
     def info(self):
-        """Return a device that takes every pair of the test."""
+        """Describe a device that accepts every pair of the test."""
         return DeviceInfo("model:", "drawn", 1000, 1000, 10**6, 32, 5, 21)
 
     def compute(self, left, right, settings, progress=None):
@@ -59,7 +59,7 @@ class DrawnDevice:
 
 
 def drawn(salt):
-    """A map in sixteenths with holes, and a truth in which nan, inf and 0 are unknown."""
+    """Draw a map in sixteenths with holes, and a truth in which nan, inf and 0 are unknown."""
     rng       = generator(160, salt)
     truth     = rng.uniform(1, 31, (HEIGHT, WIDTH)).astype(np.float32)
     disparity = np.round(16*(truth + rng.normal(0, 1 + salt, truth.shape))).clip(0, 31*16).astype(np.int16)
@@ -71,7 +71,7 @@ def drawn(salt):
 
 @pytest.fixture
 def printed(tmp_path, monkeypatch, capfd):
-    """Returns what the three commands print of a map and a truth, by command."""
+    """Return a function that returns the output of the three commands for a map and a truth, by command."""
     def print_all(disparity, truth):
         device      = DrawnDevice(disparity)
         folder      = tmp_path / "pair"
@@ -94,7 +94,7 @@ def printed(tmp_path, monkeypatch, capfd):
         monkeypatch.setattr(demo, "downscale", lambda pair, factor: StereoPair(left, right, known))
         monkeypatch.setattr(demo, "start_simulation", lambda: simulation)
         monkeypatch.setattr(demo, "build_directory", lambda: tmp_path)
-        assert demo.main() == 1  # The drawn map is not that of the pair.
+        assert demo.main() == 1  # The drawn map does not belong to the pair.
         texts["demo"] = capfd.readouterr().out
         return texts
 
@@ -102,12 +102,12 @@ def printed(tmp_path, monkeypatch, capfd):
 
 
 def figure(text, label):
-    """A figure of `match` or the demonstration, whose denominator is named after it."""
+    """Return a figure of `match` or the demonstration, named with its denominator."""
     return re.search(rf"{re.escape(label)} +(\d+\.\d\d) % of the known pixels", text)[1]
 
 
 def figures_of_eval(text):
-    """The figures of the first region, all pixels, by the heads of their columns."""
+    """Return the figures of the first region, all pixels, by column."""
     heads  = text.splitlines()[0].split()
     (line,) = [line for line in text.splitlines() if line.strip().startswith("model:")][:1]
     return dict(zip(heads[heads.index("density"):], line.split()[1:], strict=False))
@@ -121,7 +121,7 @@ def test_one_map_has_one_figure(salt, printed):
     assert texts["eval"].count("known") > 4
     for label, head in FIGURES.items():
         assert figure(texts["match"], label) == figure(texts["demo"], label) == by_eval[head]
-    # What they agree on is bad of known, and differs from bad of valid.
+    # The common figure is bad of known, and differs from bad of valid.
     known = np.isfinite(truth) & (truth > 0)
     both  = known & (disparity > -16)
     wrong = np.count_nonzero(np.abs(disparity[both]/16 - truth[both]) > 2)

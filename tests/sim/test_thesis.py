@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""The page about the thesis: what it is made from, at a small scale, and that nothing on it was typed by hand."""
+"""The page about the thesis: its sources, at a small scale; no number on it is typed by hand."""
 
 from __future__ import annotations
 
@@ -28,35 +28,35 @@ from litestereo.sim.thesis.presets import PUBLISHED, THESIS, Preset, Scale
 from litestereo.sim.thesis.section import PACKAGE
 from support.pairs import generator, textured_pair
 
-#: As little as there can be.
+#: The smallest possible scale.
 SMALL = Scale(presets=(Preset(16, 5, published_pixels=4, published_fps=15.73), Preset(16, 5)), width=64, height=20,
               sizes=((40, 12), (64, 20)), block_sizes=(3, 5), disparities=(16, 32), strip_rows=16)
 
-#: A number of its own: not the end of a name (cv2, Spartan-6), not a part of another number.
+#: A separate number: not the end of a name (cv2, Spartan-6), nor a part of another number.
 NUMBER = r"(?<![\w.])(?<![A-Za-z]-)\d+"
 
 
 def section(sections, label):
-    """The section of that label."""
+    """Return the section with that label."""
     (found,) = (one for one in sections if one.label == label)
     return found
 
 
 @pytest.fixture
 def build(tmp_path, monkeypatch):
-    """A build folder of its own for what is measured, so that it is measured."""
+    """Use a new build folder, so that everything is measured."""
     monkeypatch.setattr("litestereo.sim.thesis.section.build_directory", lambda: tmp_path / "build")
     return tmp_path
 
 
 def rows_of(markdown):
-    """Cells of the tables in a text, without their heads."""
+    """Return the cells of the tables in a text, without their heads."""
     lines = [line for line in markdown.splitlines() if line.startswith("|")]
     return [[cell.strip() for cell in line.strip("|").split("|")] for line in lines if "---" not in line][1:]
 
 
 def test_every_table_and_figure():
-    """All of the thesis' results have their counterpart, each once."""
+    """Each result of the thesis has one counterpart."""
     labels   = [one.label for one in page.SECTIONS]
     expected = [f"Table 5.{number}" for number in range(1, 8)] + [f"Figure 5.{number}" for number in (1, 3, 4, 5, 6)]
     assert sorted(labels) == sorted(expected)
@@ -65,7 +65,7 @@ def test_every_table_and_figure():
 
 @pytest.mark.parametrize("one", page.SECTIONS, ids=lambda one: one.label)
 def test_no_numbers_in_the_templates(one):
-    """Numbers come from fields only; what refers to another table or figure, or to a section, is no number."""
+    """Numbers come only from fields; references to tables, figures or sections do not count as numbers."""
     text = re.sub(r"(Table|Figure|section) \d\.\d(\.\d)?", "", f"{one.title} {one.text}")
     bare = "".join(literal for literal, *_ in string.Formatter().parse(text))
     assert not re.findall(NUMBER, bare)
@@ -73,13 +73,13 @@ def test_no_numbers_in_the_templates(one):
 
 
 def test_no_numbers_in_the_header():
-    """Nor there."""
+    """The header has no numbers either."""
     bare = "".join(literal for literal, *_ in string.Formatter().parse(page.HEADER))
     assert not re.findall(NUMBER, bare)
 
 
 def test_no_numbers_in_other_texts():
-    """Heads of tables and cells are put together from values: no string of the package holds a number of its own."""
+    """Heads of tables and cells are composed of values: no string of the package contains a separate number."""
     citation = re.compile("(.*)(Citron|Szeliski)(.*)")
     for path in PACKAGE.glob("*.py"):
         tree  = ast.parse(path.read_text())
@@ -93,7 +93,7 @@ def test_no_numbers_in_other_texts():
 
 
 def test_page(build):
-    """A page of three sections: measured once, marked where published, pictures beside it, the same again."""
+    """A page of three sections is measured once, marked where published, has its pictures, and is reproducible."""
     chosen   = [section(structure.SECTIONS, f"Table 5.{number}") for number in (1, 2, 3)]
     measured = [(one, one.measured(SMALL)) for one in chosen]
     for index, name in enumerate(("first.md", "second.md")):
@@ -110,7 +110,7 @@ def test_page(build):
 
 
 def test_structure_follows_the_design(build):
-    """What the tables count grows with lanes and block as it does in the cores."""
+    """The numbers in the tables grow with lanes and block as they do in the cores."""
     folder   = section(structure.SECTIONS, "Table 5.2").measured(SMALL)
     (few, many) = rows_of(section(structure.SECTIONS, "Table 5.2").markdown(folder))
     assert few  == ["16", "16", "15", "32", "64", str(16*5*5)]
@@ -122,7 +122,7 @@ def test_structure_follows_the_design(build):
 
 
 def test_contents():
-    """Operators without constants, register bits and memories of an elaborated core."""
+    """Operators without constants, register bits and memories of an elaborated core are counted."""
     parameters = MatcherParameters(64, 100, 48, 9, ["raw"])
     assert contents(Winner(parameters)).count("<") == 47
     found = contents(BlockSum(parameters))
@@ -132,7 +132,7 @@ def test_contents():
 
 
 def test_clocks(build, monkeypatch):
-    """Clocks of the Verilog, whose maps are compared; what they make of frame rates; the plot."""
+    """The Verilog's clocks are measured, its maps compared, frame rates computed, and the plot drawn."""
     monkeypatch.setattr(clocks, "fits_system", lambda scale, preset: False)
     monkeypatch.setattr(clocks, "placed_mhz",  lambda scale, preset: 50.0)
     one  = section(clocks.SECTIONS, "Table 5.5")
@@ -151,7 +151,7 @@ def test_clocks(build, monkeypatch):
 
 
 def test_serial_program(tmp_path):
-    """The C program times itself and gives the model's map."""
+    """The C program measures its time and returns the model's map."""
     left, right = textured_pair(50, 15, generator(90))
     pair        = StereoPair(left, right, np.zeros(left.shape, np.float32))
     seconds, disparity = serial.serial(serial.compiled(tmp_path), pair, Preset(16, 7))
@@ -160,7 +160,7 @@ def test_serial_program(tmp_path):
 
 
 def test_cpu_clocks(monkeypatch):
-    """Rows beyond the strips take what the rows between them do."""
+    """Rows outside the strips take as long as the rows between them."""
     asked = []
 
     def bench(device, case, command):
@@ -187,7 +187,7 @@ def test_overflow_of_sums():
 
 
 def test_pairs_are_asked_for(monkeypatch, tmp_path, capsys):
-    """Without the data the command says what it needs, at once, in one line; likewise if a file is missing."""
+    """Without the data, or with a file missing, the command says at once, in one line, what it needs."""
     monkeypatch.delenv("LITESTEREO_DATA", raising=False)
     assert command.main() == 1
     message = capsys.readouterr().err

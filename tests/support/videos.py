@@ -38,7 +38,7 @@ class FakeCapture:
 
     def __init__(self) -> None:
         self._image: Image | None = None
-        self._left  = self.frames
+        self._remaining           = self.frames
 
     def open(self, number: int) -> bool:
         """Open camera `number` if it exists."""
@@ -52,8 +52,8 @@ class FakeCapture:
 
     def grab(self) -> bool:
         """Take a frame, while any remain."""
-        self._left -= 1
-        return self._left >= 0
+        self._remaining -= 1
+        return self._remaining >= 0
 
     def retrieve(self) -> tuple[bool, Image | None]:
         """Return the frame that was taken, in colour as cameras deliver it."""

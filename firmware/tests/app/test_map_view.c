@@ -19,7 +19,7 @@
 /* As large as the screen, so that a picture takes as many polls as possible. */
 enum { WIDTH = VIDEO_FRAMEBUFFER_HRES, HEIGHT = VIDEO_FRAMEBUFFER_VRES, SLOTS = 3 };
 /* Rows per poll: see map_view.c. */
-enum { ROWS_PER_TURN = 640 / WIDTH, POLLS = (HEIGHT + ROWS_PER_TURN - 1) / ROWS_PER_TURN };
+enum { ROWS_PER_POLL = 640 / WIDTH, POLLS = (HEIGHT + ROWS_PER_POLL - 1) / ROWS_PER_POLL };
 
 static _Alignas(64) uint8_t memory[SLOTS * 65536];
 static _Alignas(64) uint8_t pictures[2 * WIDTH * HEIGHT];

@@ -53,7 +53,7 @@ static void test_init(void)
     }
 }
 
-static void test_two_in_turn(void)
+static void test_two_alternate(void)
 {
     screen_t screen;
 
@@ -75,6 +75,6 @@ static void test_two_in_turn(void)
 int main(void)
 {
     test_init();
-    test_two_in_turn();
+    test_two_alternate();
     return 0;
 }

@@ -39,7 +39,7 @@ extern machine_counts_t machine_counts;
  * as by default. */
 void machine_begin(uint64_t seed, uint32_t haste);
 
-/** Access a register over the SoC's bus. Does not return if the SoC is reset meanwhile. */
+/** Accesses a register over the SoC's bus. Does not return if the SoC is reset meanwhile. */
 uint32_t machine_read(uint32_t address);
 void     machine_write(uint32_t address, uint32_t value);
 

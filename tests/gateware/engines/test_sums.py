@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Sums over columns and blocks, each core's emitted Verilog against NumPy."""
+"""Sums over columns and blocks: each core's emitted Verilog against NumPy."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ LANES, LARGEST = SMALL.lanes, SMALL.largest_pixel
 
 
 def cost_steps(rng, block_size, count=3):
-    """Frames as (rows, cost columns, fields of the steps that have a cost), the smallest first."""
+    """Yield frames as (rows, cost columns, fields of the steps that have a cost), the smallest first."""
     for index in range(count):
         outer  = block_size//2*(index % 2)
         width  = SMALL.max_width if index else SMALL.disparities + block_size - 1
@@ -31,7 +31,7 @@ def cost_steps(rng, block_size, count=3):
 
 
 def as_differences(rng, magnitudes):
-    """Magnitudes as lanes of `AbsoluteDifference`: those of negative differences lack one, which stands above them."""
+    """Return magnitudes as lanes of `AbsoluteDifference`: a negative difference lacks 1, and its top bit is that 1."""
     negative = rng.integers(0, 2, magnitudes.shape)*(magnitudes > 0)
     return (magnitudes - negative + (negative << SMALL.filtered_bits)).reshape(-1, LANES)
 
@@ -39,13 +39,13 @@ def as_differences(rng, magnitudes):
 @pytest.mark.parametrize("block_size", [5, 9])
 @pytest.mark.parametrize("valid", [1.0, 0.4])
 def test_column_sum(block_size, valid):
-    """A column's sum is that of its last block_size rows, saturated input included."""
+    """A column's sum is that of its last block_size rows, also for saturated input."""
     rng   = generator(3, block_size)
     bench = CoreBench(ColumnSum(SMALL), lanes={"sums": LANES})
     for height, columns, place in cost_steps(rng, block_size):
         enter = rng.choice([0, LARGEST, *range(LARGEST + 1)], (height, columns, LANES))
         enter[:, :, 0] = LARGEST
-        leave = rng.integers(0, LARGEST + 1, enter.shape)  # Before row block_size: anything, as from the line buffer.
+        leave = rng.integers(0, LARGEST + 1, enter.shape)  # Before row block_size the line buffer may return anything.
         leave[block_size:] = enter[:max(0, height - block_size)]
         items = {"enter": as_differences(rng, enter), "leave": as_differences(rng, leave)} | place
         bench.interrupt(items, clock=int(rng.integers(2, height*columns)))
@@ -57,7 +57,7 @@ def test_column_sum(block_size, valid):
 @pytest.mark.parametrize("block_size", [5, 9])
 @pytest.mark.parametrize("valid", [1.0, 0.4])
 def test_block_sum(block_size, valid):
-    """A block's cost is the sum of its last block_size columns, within the row."""
+    """A block's cost is the sum of its last block_size columns in the row."""
     rng   = generator(4, block_size)
     bench = CoreBench(BlockSum(SMALL), ["block_size"], lanes={"costs": LANES})
     for height, columns, place in cost_steps(rng, block_size):

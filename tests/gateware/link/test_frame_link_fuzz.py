@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Datagrams of a clumsy or hostile host into the frame link, with every byte of memory watched."""
+"""Datagrams of a faulty or hostile host to the frame link; every byte of memory is checked."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ from support.link_bench import (
 )
 from support.pairs import byte_generator
 
-#: `make fuzz` takes a hundred thousand.
+#: `make fuzz` sends a hundred thousand.
 DATAGRAMS = int(os.environ.get("LITESTEREO_DATAGRAMS", "20000"))
 BATCH     = 250
 
-#: Frame that is streamed.
+#: The streamed frame.
 STREAMED = 77
 
 WORD_BYTES    = 8
@@ -40,23 +40,23 @@ MAILBOX_BYTES = 8*2048
 
 
 class Hostile:
-    """Datagrams near to what would do harm, and the memory as it has to be after them."""
+    """Makes almost valid datagrams, and knows the memory that must result."""
     def __init__(self, rng: random.Random, memory: bytes) -> None:
         self.rng    = rng
         self.memory = bytearray(memory)
-        self.known  = bytearray(b"\1"*len(memory))          # 0: may be anything.
+        self.known  = bytearray(b"\1"*len(memory))          # 0: any value is allowed.
         self.known[MAILBOX_BASE:MAILBOX_BASE + MAILBOX_BYTES] = bytes(MAILBOX_BYTES)
         self.open:    dict[int, tuple[int, int]] = {}       # Frame id and pixels by slot,
-        self.arrived: dict[int, set[int]]        = {}       # and offsets that have come.
+        self.arrived: dict[int, set[int]]        = {}       # and offsets received.
 
     def reopen(self, slot: int) -> tuple[int, int]:
-        """Another frame for the slot."""
+        """Open another frame in the slot."""
         self.open[slot]    = (self.rng.randrange(1, 9)*SLOTS + slot, self.rng.randint(1, 10*CHUNK_BYTES))
         self.arrived[slot] = set()
         return self.open[slot]
 
     def datagram(self) -> Datagram:
-        """Something for the wire; what must be written is written in `memory`."""
+        """Return a datagram, and put what it must write into `memory`."""
         rng             = self.rng
         slot            = rng.randrange(SLOTS)
         frame_id, image = self.open[slot]
@@ -69,7 +69,7 @@ class Hostile:
                 self.write(slot*SLOT_BYTES + offset, payload)
             return Datagram(upload(frame_id, offset, payload))
         if kind == 3:
-            # A field changed, the CRC right.
+            # A field changed, with a correct CRC.
             data  = bytearray(upload(frame_id, offset, payload)[:-4])
             place = rng.choice([*range(4, 8), *range(12, 24)])
             data[place] ^= 1 << rng.randrange(8)
@@ -78,7 +78,7 @@ class Hostile:
                 return self.datagram()
             return Datagram(with_crc(bytes(data)))
         if kind == 4:
-            # A bit changed, the CRC not.
+            # A bit changed, with a wrong CRC.
             data = bytearray(upload(frame_id, offset, payload))
             data[rng.randrange(len(data))] ^= 1 << rng.randrange(8)
             return Datagram(bytes(data))
@@ -87,7 +87,7 @@ class Hostile:
         if kind == 6:
             return Datagram(upload(frame_id, offset, payload), (PEER[0], rng.randrange(PEER[1])))
         if kind == 7:
-            # Pairs, of which some pass to the matcher; to memory goes none.
+            # Pairs: some pass to the matcher, none go to memory.
             offset = rng.choice([CHUNK_BYTES*rng.randrange(12), rng.getrandbits(32)])
             length = rng.choice([CHUNK_BYTES, CHUNK_BYTES, 2*rng.randint(0, CHUNK_BYTES//2)])
             return Datagram(pairs(rng.choice([STREAMED, frame_id]), offset, rng.randbytes(length)))
@@ -98,14 +98,14 @@ class Hostile:
         return Datagram(upload(frame_id, wild[0], rng.randbytes(length)))
 
     def write(self, start: int, payload: bytes) -> None:
-        """A chunk; the rest of its last word is not defined."""
+        """Write a chunk; the rest of its last word is undefined."""
         end, word_end = start + len(payload), start + -(-len(payload)//WORD_BYTES)*WORD_BYTES
         self.memory[start:end]   = payload
         self.known[start:end]    = b"\1"*len(payload)
         self.known[end:word_end] = bytes(word_end - end)
 
     def would_fit(self, frame_id: int, offset: int, length: int) -> bool:
-        """Whether that is a chunk after all."""
+        """Return whether the datagram is a valid chunk after all."""
         return any(frame_id == opened and (offset, length) in chunk_offsets(pixels)
                    for opened, pixels in self.open.values())
 
@@ -144,7 +144,7 @@ def test_nothing_is_written_but_chunks():
 
 
 def check(link: LinkBench, hostile: Hostile) -> None:
-    """Every byte of memory that is not the mailbox's."""
+    """Check every byte of memory outside the mailbox."""
     memory = link.memory(0, MEMORY_BYTES)
     wrong  = [place for place in range(MEMORY_BYTES) if hostile.known[place] and memory[place] != hostile.memory[place]]
     assert not wrong, f"{len(wrong)} bytes differ, the first at {wrong[0]:#x}"

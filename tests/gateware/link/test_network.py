@@ -45,7 +45,7 @@ NOBODY = Station("00:00:00:00:00:00", HOST.address)
 
 
 class Wire(LiteXModule):
-    """A PHY on the clock of the system."""
+    """A PHY on the system's clock."""
     dw = 8
 
     def __init__(self, with_preamble_crc: bool) -> None:
@@ -59,10 +59,10 @@ class Wire(LiteXModule):
 
 
 class Device(LiteXModule):
-    """All of it with a memory, and the wire as bytes."""
+    """All cores with a memory, and the wire as bytes."""
     def __init__(self, with_preamble_crc: bool) -> None:
         self.wire    = wire = Wire(with_preamble_crc)
-        # Either form of the network, with one kind of wire each.
+        # Each form of the network has one kind of wire.
         self.network = Network(wire, MAC_ADDRESS, IP_ADDRESS, clk_freq=1000000, pipelined=with_preamble_crc)
         self.ram     = ram  = WideRAM(1 << 15)
         self.link    = link = FrameLink(ram.get_port("read"), ram.get_port("write"), self.network.ip_address, UDP_PORT,
@@ -92,14 +92,14 @@ class Device(LiteXModule):
 
 
 class Host:
-    """The other end of the wire."""
+    """The host at the other end of the wire."""
     def __init__(self, with_preamble_crc: bool) -> None:
         self.framed = with_preamble_crc
         self.core   = StreamCore(Device(with_preamble_crc), ["open", "burst", "length"],
                                  status=["produced", "missing", "overrun", "malformed"])
 
     def exchange(self, frames: list[bytes], answers: int, settle: int = 3000) -> list[bytes]:
-        """Send frames without a pause, and take frames of the device."""
+        """Send frames back to back, and receive the device's frames."""
         if self.framed:
             frames = [on_the_wire(frame) for frame in frames]
         data  = np.frombuffer(b"".join(frames), np.uint8).astype(np.uint32)
@@ -136,7 +136,7 @@ def host(request):
 
 @pytest.fixture(autouse=True)
 def fresh(host):
-    # Between clock domains a reset takes some clocks to be seen on the other side.
+    # A reset takes some clocks to reach the other clock domain.
     for _ in range(8):
         host.core.reset()
 
@@ -148,7 +148,7 @@ def test_arp(host):
 
 
 def meet(host: Host, frames: list[bytes], answers: int) -> list[bytes]:
-    """Send frames; the device asks who the host is before its first answer."""
+    """Send frames; the device asks for the host's address before its first answer."""
     assert host.exchange(frames, 1) == [arp(1, DEVICE, Station(BROADCAST, HOST.address), BROADCAST)]
     return host.exchange([arp(2, HOST, DEVICE, DEVICE.mac)], answers)
 
@@ -191,7 +191,7 @@ def test_frames_for_others_and_broken_ones_do_no_harm(host):
     frames  = [ethernet(rng.choice([DEVICE.mac, BROADCAST]), HOST.mac, rng.choice([0x0800, 0x0806, 0x86dd]),
                         rng.randbytes(rng.randint(46, 1500))) for _ in range(300)]
     for _ in range(300):
-        # Nothing but the UDP header and what pads is without a checksum that counts.
+        # No checksum protects the UDP header and the padding.
         broken = bytearray(message)
         broken[rng.choice([*range(14, 34), *range(42, 74)])] ^= 1 << rng.randrange(8)
         frames.append(bytes(broken))

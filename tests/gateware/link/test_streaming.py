@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Streamed frames in the frame link: pairs in their order, parts of the map back, and all that does not fit."""
+"""Streamed frames in the frame link: pairs in order, parts of the map back, and everything that does not fit."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from litestereo.host_tools.protocol.messages import CHUNK_BYTES, REPLY, Message,
 from support.link_bench import PEER, SLOT_BYTES, Datagram, LinkBench, chunk_offsets, pairs, upload
 from support.pairs import byte_generator
 
-#: As fast as a wire of a byte per clock.
+#: As fast as a wire of one byte per clock.
 WIRE_SPEED = 0.25
 
 STRANGER = (0x0a000001, 1)
@@ -40,7 +40,7 @@ def send(link: LinkBench, frame_id: int, chunks: dict[int, bytes], **options) ->
 
 
 def check_parts(datagrams: list[Datagram], chunks: dict[int, bytes], frame_id: int, sequence: int) -> list[int]:
-    """Return the offsets of the parts that came, after a check of everything else in them."""
+    """Return the offsets of the received parts, and check all else in them."""
     offsets = []
     for datagram in datagrams:
         message = Message.decode(datagram.data)
@@ -67,10 +67,10 @@ def test_pairs_pass_and_the_map_comes_back(link, pixels, slow):
     assert link.counters()["chunks_received"] == len(chunks)
 
 
-def test_parts_that_find_no_room_are_left_out_and_the_pairs_still_pass(link):
+def test_parts_that_find_no_room_are_omitted_and_the_pairs_still_pass(link):
     chunks = chunks_of(byte_generator().randbytes(11*CHUNK_BYTES - 6))
     link.open_stream(7, 11*512 - 3)
-    # Nothing is taken from the wire meanwhile.
+    # Meanwhile nothing is sent.
     send(link, 7, chunks)
     assert not link.get("opened")
     assert check_parts(link.take(20), chunks, 7, 1) == [*chunks][:4]
@@ -119,14 +119,14 @@ def test_closed_at_any_clock(link, clocks):
     link.pulse("stream_close")
     assert not link.get("opened")
     link.clocks(3000)
-    # At most the part is left whose sending had begun.
+    # At most the part remains that was already being sent.
     assert len(check_parts(link.take(20), chunks, 7, 1)) <= 1
     assert not link.get("sending")
     before = link.counters()
     send(link, 7, chunks)
     after = link.counters()
     assert after["chunks_received"] == before["chunks_received"]
-    # The next frame is not touched by what was under way.
+    # The previous frame does not affect the next one.
     fresh = chunks_of(rng.randbytes(2*CHUNK_BYTES + 2))
     link.open_stream(9, 2*512 + 1, sequence=5)
     send(link, 9, fresh)
@@ -170,7 +170,7 @@ def test_replies_bursts_and_uploads_meanwhile(link):
     assert b"".join(Message.decode(datagram.data).payload for datagram in by_frame[3]) == wanted
     assert len(by_frame[4]) == 1
     assert check_parts(by_frame[7], chunks, 7, 1) == [*chunks]
-    # They take turns: neither the burst nor the map waits for the end of the other.
+    # They alternate: neither burst nor map waits for the end of the other.
     order = [Message.decode(datagram.data).frame_id for datagram in sent]
     assert sum(before != after for before, after in zip(order, order[1:], strict=False)) >= 6
 

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""The seam of an engine: what keeps to it fits between front and post, what does not is refused."""
+"""The interface of an engine: a conforming engine fits between front and post, any other is refused."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ BUILT = MatcherParameters(max_width=64, max_height=100, disparities=16, max_bloc
 
 
 class LateEngine(LiteXModule):
-    """The sum of absolute differences, and many clocks more."""
+    """The sum of absolute differences, and many more clocks."""
 
     MORE = 45
 
@@ -55,7 +55,7 @@ class LateMatcher(Matcher):
 
 
 def test_another_engine():
-    """Its latency is all that the matcher has to know: the map is the same, no result is lost under back-pressure."""
+    """The matcher needs only the engine's latency: the map is the same, and back-pressure loses no result."""
     matcher     = LateMatcher(BUILT)
     core        = StreamCore(matcher, [name for name, *_ in matcher_settings(matcher.parameters)])
     settings    = MatcherSettings(16, 5, disp12_max_diff=1)
@@ -70,7 +70,7 @@ def test_another_engine():
 
 
 def engine(sink=None, source=None, latency=8):
-    """Endpoints and latency of an engine, some of them wrong."""
+    """Return endpoints and latency of an engine, some of them wrong."""
     result         = LiteXModule()
     result.sink    = stream.Endpoint(positioned_pair_layout(BUILT) if sink is None else sink)
     result.source  = stream.Endpoint(cost_layout(BUILT) if source is None else source)
@@ -79,7 +79,7 @@ def engine(sink=None, source=None, latency=8):
 
 
 def test_what_is_an_engine():
-    """That of block matching, and anything with the same two endpoints."""
+    """Block matching is an engine, and so is any core with the same two endpoints."""
     check_engine(SADEngine(BUILT), BUILT)
     check_engine(engine(), BUILT)
 
@@ -92,19 +92,19 @@ def test_what_is_an_engine():
     ({"latency": 0},                                            "latency must be a number of clocks"),
 ], ids=str)
 def test_what_is_none(wrong, message):
-    """Another layout, another number of lanes, a latency that depends on something."""
+    """Another layout, another number of lanes, or a variable latency is refused."""
     with pytest.raises(ValueError, match=message):
         check_engine(engine(**wrong), BUILT)
 
 
 class WrongMatcher(Matcher):
-    """A matcher whose engine does not know its latency."""
+    """A matcher whose engine has no latency."""
 
     def make_engine(self):
         return engine(latency=None)
 
 
 def test_matcher_refuses_what_is_none():
-    """When it is built, by name."""
+    """The matcher refuses such an engine by name when it is built."""
     with pytest.raises(ValueError, match="LiteXModule.latency must be a number of clocks"):
         WrongMatcher(BUILT)

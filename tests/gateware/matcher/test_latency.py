@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""What the cores of the pipeline say of themselves."""
+"""What the cores of the pipeline declare."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ RAW   = MatcherParameters(max_width=100, disparities=48, max_block_size=9, featu
                                   CostLimit, Uniqueness, Neighbours, Subpixel, Selection])
 @pytest.mark.parametrize("built", [BUILT, RAW], ids=["everything", "raw"])
 def test_latency(core, built):
-    """An item comes out as many clocks after it went in as the core says."""
+    """An item comes out as many clocks after its entry as the core declares."""
     module = core(built)
     if module.latency == 0:
         return
@@ -50,13 +50,13 @@ def test_latency(core, built):
     (96, 31, ["raw"],           255, 13, 18),
 ])
 def test_widths(disparities, max_block_size, features, largest, column_bits, cost_bits):
-    """As many bits as the largest sum needs, and not all ones for the largest cost."""
+    """Costs have as many bits as the largest sum needs, and the largest cost is not all ones."""
     built = MatcherParameters(max_width=200, disparities=disparities, max_block_size=max_block_size, features=features)
     assert (built.largest_pixel, built.column_bits, built.cost_bits) == (largest, column_bits, cost_bits)
     assert max_block_size**2*largest < 2**cost_bits - 1
 
 
 def test_feature_bits():
-    """In the order of the capability register."""
+    """Feature bits are in the order of the capability register."""
     assert MatcherParameters(features=["raw", "median"]).feature_bits == 0x82
     assert MatcherParameters().feature_bits == 0xff

@@ -25,23 +25,23 @@ from support.settings import any_settings
 
 MAX_WIDTH, DISPARITIES, MAX_BLOCK = 1024, 64, 21
 
-#: No prefilter, no test, no fraction: the bare sum of absolute differences.
+#: Without prefilter, tests and fraction: the plain sum of absolute differences.
 BARE = {"prefilter": "none", "texture_threshold": 0, "uniqueness_ratio": 0, "subpixel": False}
 
-#: Everything that there is.
+#: All options.
 ALL = MatcherSettings(64, 9, 2, texture_threshold=200, uniqueness_ratio=10, disp12_max_diff=1, median=True)
 
 
 @pytest.fixture(scope="module")
 def matcher():
-    """As `cosim:` builds it by default."""
+    """Return the matcher that `cosim:` builds by default."""
     matcher = CosimMatcher(MatcherParameters(MAX_WIDTH, disparities=DISPARITIES, max_block_size=MAX_BLOCK))
     yield matcher
     matcher.close()
 
 
 def check(matcher, left, right, settings, **flow):
-    """Match a pair and compare it with the model; returns clocks of the frame and of the first row."""
+    """Match a pair and compare it with the model; return the clocks of the frame and of the first row."""
     disparity, clocks, first_row = matcher.match_settings(left, right, settings, **flow)
     expected = stereo_bm(left, right, settings)
     assert np.array_equal(disparity, expected), (np.argwhere(disparity != expected)[:3].tolist(), settings, flow)
@@ -50,21 +50,21 @@ def check(matcher, left, right, settings, **flow):
 
 @pytest.mark.long
 def test_awkward_images(matcher):
-    """Any settings, ties, saturation and stripes, with gaps on both sides."""
+    """Any settings, ties, saturation and stripes, with gaps on both sides, give the model's map."""
     rng = generator(30)
-    for turn in range(40):
+    for number in range(40):
         settings      = any_settings(rng)
         width, height = (size + int(extra) for size, extra in zip(settings.minimum_size, rng.integers(0, (40, 12)),
                                                                   strict=True))
         for name, left, right in awkward_pairs(rng, width, height):
             print(name, width, height)
             valid, ready = rng.choice([1.0, 0.7, 0.3], 2)
-            check(matcher, left, right, settings, valid=valid, ready=ready, seed=turn)
+            check(matcher, left, right, settings, valid=valid, ready=ready, seed=number)
 
 
 @pytest.mark.parametrize("name", FOLDERS)
 def test_block_matching_alone(matcher, name):
-    """Real pairs, nothing but the sum of absolute differences, every block size with every number of disparities."""
+    """Real pairs give the plain matcher's map, for every block size with every number of disparities."""
     pair = stereo_pair(name)
     for block_size in (5, 7, 9, 15):
         for disparities in (16, 32, 64):
@@ -74,7 +74,7 @@ def test_block_matching_alone(matcher, name):
 @pytest.mark.parametrize("disparities", range(16, DISPARITIES + 1, 16))
 @pytest.mark.parametrize("min_disparity", [0, 3, 255])
 def test_smallest_image(matcher, disparities, min_disparity):
-    """One pixel that can have a disparity, in the place where cv2.StereoBM has it."""
+    """Only one pixel can have a disparity, and it is where cv2.StereoBM has it."""
     for block_size in range(5, MAX_BLOCK + 1, 2):
         for disp12_max_diff in (-1, 0):
             settings      = MatcherSettings(disparities, block_size, min_disparity, disp12_max_diff=disp12_max_diff,
@@ -89,7 +89,7 @@ def test_smallest_image(matcher, disparities, min_disparity):
 
 
 def test_widest_image(matcher):
-    """Width = maximum, at both ends of the block sizes, bare and with everything."""
+    """The widest image works at the smallest and the largest block, without options and with all."""
     left, right = textured_pair(MAX_WIDTH, 30, generator(32))
     for block_size in (5, MAX_BLOCK):
         check(matcher, left, right, MatcherSettings(DISPARITIES, block_size, **BARE))
@@ -97,7 +97,7 @@ def test_widest_image(matcher):
 
 
 def test_frames_back_to_back(matcher):
-    """A second frame waits at the sink while the first one ends, and the other way of stalling."""
+    """A second frame waits at the sink while the first one ends; the matcher also stalls for the output."""
     rng   = generator(33)
     pairs = [textured_pair(100, 25, rng), textured_pair(100, 25, rng, 11)]
     words = np.concatenate([pixel_words(*pair) for pair in pairs])
@@ -114,21 +114,21 @@ def test_frames_back_to_back(matcher):
 
 
 def test_reset_in_mid_frame(matcher):
-    """After a reset at any clock, of all or of the matcher alone, the next frame is right, whatever the settings."""
+    """After a reset at any clock, of all or of the matcher alone, the next frame is correct, with any settings."""
     rng = generator(34)
-    for turn in range(40):
+    for number in range(40):
         left, right = textured_pair(130, 30, rng)
         matcher.core.set(**signals(130, 30, any_settings(rng)))
         matcher.core.run(pixel_words(left, right), 3900, valid=0.8, ready=0.8, seed=1,
                          reset_clock=int(rng.integers(1, 6500)))
-        (matcher.core.reset if turn % 2 else matcher.give_up)()
+        (matcher.core.reset if number % 2 else matcher.give_up)()
         check(matcher, left, right, any_settings(rng))
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("disparities", [64, 128])
 def test_one_pixel_per_clock(disparities):
-    """640x480 with everything on, at any setting: 1.05 clocks a pixel at block 9; rows are out in time."""
+    """640x480 with all options takes at most 1.05 clocks per pixel at block 9; rows come in time, at any setting."""
     matcher = CosimMatcher(MatcherParameters(640, disparities=disparities, max_block_size=MAX_BLOCK))
     left, right = textured_pair(640, 480, generator(35))
     for settings, most in [(dataclasses.replace(ALL, disparities=disparities), 1.05), (MatcherSettings(16, 9), 1.05),
@@ -136,7 +136,7 @@ def test_one_pixel_per_clock(disparities):
                            (dataclasses.replace(ALL, block_size=MAX_BLOCK), 1.07)]:
         clocks, first_row = check(matcher, left, right, settings)
         assert clocks <= most*640*480
-        # A row waits for the lower half of its block, and a row each for prefilter, left-right check and median.
+        # A row waits for the lower half of its block, and for a row each of prefilter, left-right check and median.
         margin  = settings.block_size//2
         entered = 640*(margin + 1)
         assert first_row <= entered + 640*(margin + 4)
@@ -153,7 +153,7 @@ def test_one_pixel_per_clock(disparities):
 ], ids=str)
 @pytest.mark.long
 def test_built_sizes(disparities, max_block_size, features):
-    """The least and the most that can be built, a number of disparities that is no power of two, fewer stages."""
+    """The smallest and the largest matcher, disparities that are no power of two, and fewer stages work."""
     rng       = generator(36, disparities)
     max_width = disparities + 2*max_block_size + 20
     core      = CosimMatcher(MatcherParameters(max_width, disparities=disparities, max_block_size=max_block_size,
@@ -168,7 +168,7 @@ def test_built_sizes(disparities, max_block_size, features):
 
 
 def without(settings, features):
-    """What is left of settings where only some features are built."""
+    """Return settings without those that need features that were not built."""
     off = {
         "xsobel":        {"prefilter": "none"},
         "texture":       {"texture_threshold": 0},
@@ -200,13 +200,13 @@ def without(settings, features):
     ({"features": ["raw", "texture"]}, "texture needs the feature xsobel"),
 ])
 def test_bad_parameters(parameters, message):
-    """They are refused by name."""
+    """Bad parameters are refused by name."""
     with pytest.raises(ValueError, match=message):
         MatcherParameters(**parameters)
 
 
 def test_sink_waits_for_a_frame():
-    """Between frames and in reset the sink is not ready, and nothing comes out unasked."""
+    """Between frames and in reset the sink is not ready, and the source offers nothing."""
     module = Matcher(MatcherParameters(64, 100, 16, 5))
     core   = StreamCore(module, [name for name, *_ in matcher_settings(module.parameters)])
     core.set(**signals(20, 5, MatcherSettings(16, 5)))

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""The matcher's emitted Verilog against cv2.StereoBM itself: every pixel, hundreds of settings, awkward images."""
+"""The matcher's emitted Verilog against cv2.StereoBM: every pixel, hundreds of settings, awkward images."""
 
 from __future__ import annotations
 
@@ -19,19 +19,19 @@ from support.opencv import same_as_opencv
 from support.pairs import generator
 from support.settings import drawn_settings
 
-#: Settings drawn; `make sweep` draws more.
+#: Number of drawn settings; `make sweep` draws more.
 SETTINGS = int(os.environ.get("LITESTEREO_SETTINGS", "200"))
 PARTS    = 4
 
-#: Of these pairs, which are several times as large as the others, a tenth of the settings.
+#: Pairs several times as large as the others get a tenth of the settings.
 LARGE_PAIRS = ("aloe",)
 
-#: Disparities that are drawn, at most.
+#: Most disparities drawn.
 LARGEST = 64
 
 
 class Matchers(dict[int, CosimMatcher]):
-    """Built when they are first wanted."""
+    """Matchers, built on first use."""
 
     def __missing__(self, disparities):
         self[disparities] = CosimMatcher(MatcherParameters(1300, disparities=disparities, max_block_size=21))
@@ -40,8 +40,8 @@ class Matchers(dict[int, CosimMatcher]):
 
 @pytest.fixture(scope="module")
 def matchers():
-    """Matchers wide enough for all pairs, by the disparities that they are built for."""
-    # Counting the lines takes as long again, and other tests run the same ones.
+    """Return matchers wide enough for all pairs, by their number of disparities."""
+    # Counting lines doubles the time, and other tests run the same lines.
     with pytest.MonkeyPatch.context() as patch:
         patch.delenv("LITESTEREO_COVERAGE", raising=False)
         yield (built := Matchers())
@@ -53,10 +53,10 @@ def matchers():
 @pytest.mark.parametrize("part", range(PARTS))
 @pytest.mark.parametrize("name", PAIRS)
 def test_data_sets(matchers, name, part):
-    """Every pixel of a pair, with the same settings for all pairs.
+    """Every pixel of every pair is OpenCV's, with the same settings for all pairs.
 
-    The first part is done by a matcher that is built for all disparities, the others by one that is built for those of
-    the settings: fewer take less time.
+    The first settings run on a matcher with all disparities, the others on one with just those of the settings: fewer
+    disparities take less time.
     """
     pair = stereo_pair(name)
     rng  = generator(70, part)
@@ -68,7 +68,7 @@ def test_data_sets(matchers, name, part):
 
 
 def test_awkward_images(matchers):
-    """Constant, saturated, stripes, single pixels, ties everywhere: five small images a setting."""
+    """Constant, saturated and striped images, single pixels and ties give OpenCV's map: five images per setting."""
     rng    = generator(71)
     images = 0
     while images < 5*SETTINGS:

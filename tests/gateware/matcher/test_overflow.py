@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""The largest sums that there can be, all black against all white, in the emitted Verilog: nothing is cut off."""
+"""The largest possible sums, all black against all white, in the emitted Verilog: no bit is lost."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ DISPARITIES, WHITE = 16, 255
 
 
 def built(block_size):
-    """A matcher of that largest block, for the grey values as they are."""
+    """Return a matcher of that largest block, without prefilter."""
     return MatcherParameters(DISPARITIES + 2*MAX_BLOCK_SIZE, 100, DISPARITIES, block_size, ["raw"])
 
 
 def cost_steps(parameters, block_size):
-    """Rows, columns, and fields of the steps that have a cost, of a frame with room for a few whole blocks."""
+    """Yield rows, columns, and fields of the steps with a cost, of a frame with room for a few whole blocks."""
     width, height = DISPARITIES + block_size + 3, block_size + 3
     place = steps(width, height, DISPARITIES, block_size, ahead=parameters.ahead)
     costs = place["cost"] == 1
@@ -37,7 +37,7 @@ def cost_steps(parameters, block_size):
 
 @pytest.mark.parametrize("block_size", [MIN_BLOCK_SIZE, MAX_BLOCK_SIZE])
 def test_column_sum(block_size):
-    """Every sum is exact, from the first row to beyond the rows of a block."""
+    """Every sum is exact, from the first row to rows after a whole block."""
     parameters = built(block_size)
     bench      = CoreBench(ColumnSum(parameters), lanes={"sums": parameters.lanes})
     height, columns, place = cost_steps(parameters, block_size)
@@ -50,7 +50,7 @@ def test_column_sum(block_size):
 
 @pytest.mark.parametrize("block_size", [MIN_BLOCK_SIZE, MAX_BLOCK_SIZE])
 def test_block_sum(block_size):
-    """Every cost is exact, from the first column to beyond the columns of a block."""
+    """Every cost is exact, from the first column to columns after a whole block."""
     parameters = built(block_size)
     bench      = CoreBench(BlockSum(parameters), ["block_size"], lanes={"costs": parameters.lanes})
     height, columns, place = cost_steps(parameters, block_size)
@@ -64,13 +64,13 @@ def test_block_sum(block_size):
 
 @pytest.mark.long
 def test_all_black_against_all_white():
-    """The whole matcher at the largest block; and with a few columns that cost a little less, which have to win."""
+    """The whole matcher is exact at the largest block; a few columns that cost slightly less win."""
     size     = DISPARITIES + 2*MAX_BLOCK_SIZE
     black    = np.zeros((size, size), np.uint8)
     grey     = np.full_like(black, WHITE)
     matcher  = CosimMatcher(MatcherParameters(size, disparities=DISPARITIES, max_block_size=MAX_BLOCK_SIZE))
-    # The largest cost that one bit less would hold lies between that of a block with the grey columns and that of
-    # one without: what wraps around would win.
+    # The largest cost that fits in one bit less lies between those of blocks with and without the grey columns: a cost
+    # that wraps around would win.
     limit    = 2**(built(MAX_BLOCK_SIZE).cost_bits - 1)
     white    = limit//MAX_BLOCK_SIZE**2 + 1
     better   = np.full_like(black, white)

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""The cores that pixels pass, each one's emitted Verilog against NumPy: gaps, a reset in mid-frame, the next frame."""
+"""The cores that pixels pass: emitted Verilog against NumPy, with gaps, a reset in mid-frame, and a next frame."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ from support.pairs import generator
 
 DISPARITIES = SMALL.disparities
 
-#: Width, height, block size, smallest disparity, columns beside the valid region; the smallest sizes among them.
+#: Width, height, block size, smallest disparity, columns outside the valid region; the smallest sizes included.
 FRAMES = [(20, 5, 5, 0, 0), (24, 9, 9, 0, 4), (44, 13, 5, 3, 2), (37, 12, 7, 0, 3), (44, 10, 9, 10, 0)]
 
 
 def place_pixels(place, images):
-    """Values of the steps that take a pixel; the others get what must not matter."""
+    """Return values for the steps with a pixel; other steps get values that must not matter."""
     fields = {}
     for name, image in images.items():
         values = np.full(len(place["take"]), 201)
@@ -41,7 +41,7 @@ def place_pixels(place, images):
 
 @pytest.mark.parametrize("valid", [1.0, 0.4])
 def test_raster(valid):
-    """Every pixel passes once, each step has its place, and nothing is admitted outside of a frame."""
+    """Every pixel passes once, each step has its position, and no pixel is accepted outside a frame."""
     rng      = generator(6)
     settings = ["width", "height", "disparities", "min_disparity", "block_size", "outer", "begin", "credit"]
     bench    = CoreBench(Raster(SMALL), settings, pipeline=False)
@@ -61,7 +61,7 @@ def test_raster(valid):
 
 
 def test_drawn_frame():
-    """The frame that is drawn in the docstring of `Raster` is the one that the steps have, and so is its example."""
+    """The frame in the docstring of `Raster` has the positions of the steps, and so does its example."""
     place = steps(5, 4, 2, 3)
     step  = place["column"]
     row   = np.arange(len(step))//6
@@ -79,7 +79,7 @@ def test_drawn_frame():
 
 
 def test_raster_heeds_credit():
-    """Without credit no step is made."""
+    """Without credit there is no step."""
     settings = ["width", "height", "disparities", "block_size", "begin", "credit"]
     bench    = CoreBench(Raster(SMALL), settings, pipeline=False)
     bench.begin(width=20, height=5, disparities=16, block_size=5, credit=0)
@@ -90,7 +90,7 @@ def test_raster_heeds_credit():
 @pytest.mark.parametrize("valid", [1.0, 0.4])
 @pytest.mark.parametrize("cap", [1, 31, 63])
 def test_prefilter(cap, valid):
-    """Odd and even heights, hard edges; and the grey values where it is off."""
+    """Odd and even heights and hard edges are exact, and so are the grey values where the filter is off."""
     rng   = generator(7, cap)
     bench = CoreBench(Prefilter(SMALL), ["xsobel", "cap"])
     for number, (width, height, block_size, min_disparity, outer) in enumerate(FRAMES):
@@ -112,7 +112,7 @@ def test_prefilter(cap, valid):
 
 @pytest.mark.parametrize("valid", [1.0, 0.4])
 def test_line_buffer(valid):
-    """The pair that leaves is the one block_size rows above."""
+    """The pair at the source is the one block_size rows above."""
     rng   = generator(1)
     bench = CoreBench(LineBuffer(SMALL), ["block_size"])
     for width, height, block_size, min_disparity, outer in FRAMES:
@@ -131,7 +131,7 @@ def test_line_buffer(valid):
 
 @pytest.mark.parametrize("valid", [1.0, 0.4])
 def test_alignment(valid):
-    """The left image is late by the outer columns, the right one by the smallest disparity and, where said, by both."""
+    """The left image is delayed by the outer columns, the right one by the smallest disparity, or by both."""
     rng   = generator(8)
     bench = CoreBench(Alignment(SMALL), ["min_disparity", "outer"])
     names = ("left", "right", "left_old", "right_old")
@@ -150,7 +150,7 @@ def test_alignment(valid):
 
 @pytest.mark.parametrize("valid", [1.0, 0.4])
 def test_absolute_difference(valid):
-    """Lane d holds |left - right d columns back|, the lane behind the last one the texture; images stand still."""
+    """Lane d holds |left - right d columns back|, the lane after the last one the texture; the images are constant."""
     rng   = generator(2)
     count = DISPARITIES + 1
     bench = CoreBench(AbsoluteDifference(SMALL), ["cap"], lanes={"enter": count, "leave": count})

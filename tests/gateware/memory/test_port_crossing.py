@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""A memory port for a core on another clock: how much is on its way at most, and that all of it comes to an end."""
+"""A memory port for a core on another clock: the limit of words in flight, and that all of them complete."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from litestereo.sim.cores.pin_core import PinCore
 from support.memory import Memory, port_pins, slave
 from support.pairs import byte_generator
 
-BURST_BYTES = 16 # Four words of a port of 32 bits.
+BURST_BYTES = 16 # Four words of a 32-bit port.
 MOST        = 8
 
 PORTS = {
@@ -28,7 +28,7 @@ PORTS = {
 
 
 class Top(LiteXModule):
-    """The crossing, with the core's clock and reset as inputs."""
+    """The crossing, with clock and reset of the core as inputs."""
     def __init__(self, port):
         self.clk, self.rst = Signal(), Signal()
         self.cd_core  = ClockDomain()
@@ -38,7 +38,7 @@ class Top(LiteXModule):
 
 @pytest.mark.parametrize("kind", PORTS)
 def test_words_under_way(kind):
-    """A memory that waits gets as many words as the core can count; each is written once, in order, and said to be."""
+    """A memory that stalls gets as many words as the core can count; each is written once, in order, and confirmed."""
     port = PORTS[kind]()
     top  = Top(port)
     sink = top.crossing.sink
@@ -57,7 +57,7 @@ def test_words_under_way(kind):
     words = [rng.getrandbits(32) for _ in range(200)]
     taken = written = 0
     for clock in range(2000):
-        # For a while the memory does not answer at all, then it keeps up.
+        # At first the memory does not answer at all, then it keeps up.
         memory.speed = 0.0 if clock < 200 else 1.0
         for _ in range(rng.choice((0, 1, 2))):
             core.set(valid=int(taken < len(words)), address=taken, data=words[min(taken, len(words) - 1)])

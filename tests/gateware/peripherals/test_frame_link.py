@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""The frame link between datagrams and memory: chunks, mailbox, replies and bursts, and all that does not fit."""
+"""The frame link between datagrams and memory: chunks, mailbox, replies, bursts, and everything that does not fit."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from support.link_bench import (
 )
 from support.pairs import byte_generator
 
-#: As fast as a wire of a byte per clock.
+#: As fast as a wire of one byte per clock.
 WIRE_SPEED = 0.25
 
 STRANGER = (0x0a000001, 1)
@@ -235,7 +235,7 @@ def test_faster_than_memory_some_are_lost_and_none_is_wrong(link):
     assert sum(map(sum, arrived.values())) == counters["chunks_received"]
     for slot, chunks in frames.items():
         check_memory(link, slot, {offset: chunks[offset] for offset in chunks if arrived[slot][offset//CHUNK_BYTES]})
-    # What was lost comes again.
+    # What was lost is sent again.
     link.receive(datagrams, WIRE_SPEED)
     for slot, chunks in frames.items():
         check_memory(link, slot, chunks)
@@ -277,7 +277,7 @@ def test_reply_passes_burst(link):
     link.pulse("reply")
     kinds = [Message.decode(datagram.data).type for datagram in link.take(11)]
     assert kinds.count(0x87) == 10
-    # What was read before stays before: one on its way, and two payloads in the queue.
+    # Words that were already read remain: one in flight, and two payloads in the queue.
     assert kinds.index(0x81) <= 4
 
 
@@ -290,7 +290,7 @@ def test_abort_of_a_burst(link):
     assert len(rest) <= 4
     assert link.get("burst_busy") == 0
     assert [Message.decode(datagram.data).offset for datagram in rest] == [1024*(3 + n) for n in range(len(rest))]
-    # An abort without a burst does not hit the next one.
+    # An abort without a burst does not affect the next one.
     link.pulse("abort")
     assert len(link.send("burst", 6, type=0x87, length=6*CHUNK_BYTES, address=PEER[0], port=PEER[1])) == 6
 

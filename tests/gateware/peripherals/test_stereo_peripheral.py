@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""The matcher between memory and memory, on each kind of port: slow memory, aborts, errors, bad settings, resets."""
+"""The matcher from memory to memory, on each kind of port: slow memory, aborts, errors, bad settings, resets."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ BASES        = ("left_base", "right_base", "disparity_base")
 
 
 def registers(width, height, settings):
-    """What the registers hold for a frame, but for its addresses."""
+    """Return the registers of a frame, without its addresses."""
     return {
         "width":             width,
         "height":            height,
@@ -69,17 +69,17 @@ PORTS = {
     "native-64":    lambda: (native_port(64, "read"), native_port(64, "write")),
 }
 
-# Likewise, with the matcher on a clock of its own.
+# The same peripheral, with a separate clock for the matcher.
 CROSSED = {f"{name} crossed": PORTS[name] for name in ("wishbone-32", "native-64")}
 
 
 def built(features):
-    """Parameters of a peripheral with these stages."""
+    """Return the parameters of a peripheral with these stages."""
     return MatcherParameters(MAX_WIDTH, disparities=DISPARITIES, max_block_size=MAX_BLOCK, features=features)
 
 
 class Crossed(LiteXModule):
-    """The peripheral with its matcher on a clock, and with a reset, that are inputs."""
+    """The peripheral, with clock and reset of its matcher as inputs."""
     def __init__(self, *arguments, **options):
         self.matcher_clk, self.matcher_rst = Signal(), Signal()
         self.cd_matcher  = ClockDomain()
@@ -88,7 +88,7 @@ class Crossed(LiteXModule):
 
 
 class Bench:
-    """The peripheral with memory behind its ports, and a frame's life seen from its registers."""
+    """The peripheral with memory at its ports, and a frame as software sees it."""
     def __init__(self, kind, rng, features=FEATURES):
         ports    = dict(zip(("read", "write"), (PORTS | CROSSED)[kind](), strict=True))
         self.crossed = kind in CROSSED
@@ -118,8 +118,8 @@ class Bench:
         self.reset()
 
     def reset(self):
-        """Both clocks see the reset, and are in it at once for a while."""
-        self.pace, self.due = 1.0, 0.0  # Clocks of the matcher to one of the ports, and how many are to come.
+        """Reset both clock domains, with some clocks of overlap."""
+        self.pace, self.due = 1.0, 0.0  # Clocks of the matcher per clock of the ports, and the fraction that remains.
         for _ in range(4):
             self.matcher_clocks(1, matcher_rst=1)
             self.core.reset()
@@ -128,7 +128,7 @@ class Bench:
             one.reset()
 
     def matcher_clocks(self, count, **inputs):
-        """Edges of the matcher's own clock, if it has one."""
+        """Advance the matcher's separate clock, if it has one."""
         if self.crossed:
             self.core.set(**inputs)
             for _ in range(count):
@@ -149,7 +149,7 @@ class Bench:
         return events
 
     def draw(self, width, block_size):
-        """Any settings that suit the size."""
+        """Draw any settings that suit the size."""
         room = width - DISPARITIES - block_size + 1
         return MatcherSettings(
             disparities       = DISPARITIES,
@@ -165,7 +165,7 @@ class Bench:
         )
 
     def begin(self, width, height, block_size=5, changes=None, settings=None):
-        """Lay out a pair in memory and start; returns the expected map and where it goes."""
+        """Write a pair to memory and start; return the expected map and its address."""
         settings = settings or self.draw(width, block_size)
         pixels = width*height
         step   = self.dut.alignment
@@ -182,14 +182,14 @@ class Bench:
         return stereo_bm(*pair, settings) if not changes else None, places
 
     def begin_streamed(self, width, height, block_size=5):
-        """Start a streamed frame; returns its pair, the expected map and where that goes."""
+        """Start a streamed frame; return its pair, the expected map and the map's address."""
         settings       = self.draw(width, block_size)
         pair           = textured_pair(width, height, np.random.default_rng(self.rng.getrandbits(32)), 5)
         _, places      = self.begin(width, height, changes=registers(width, height, settings) | {"streamed": 1})
         return pair, stereo_bm(*pair, settings), places
 
     def stream(self, pair, chance, limit=60000):
-        """Feed a pair, each clock a pixel with that chance; returns the last event and the map on the side."""
+        """Stream a pair, a pixel per clock with that chance; return the last event and the map from the source."""
         left, right = (image.ravel().tolist() for image in pair)
         place, offered, beside = 0, False, []
         for _ in range(limit):
@@ -208,7 +208,7 @@ class Bench:
         raise AssertionError(f"no end after {limit} clocks, {place} of {len(left)} pairs taken")
 
     def check_streamed(self, width, height, block_size=5, chance=1.0):
-        """A whole streamed frame: right in memory and beside it, and no image read."""
+        """Check a whole streamed frame: the map is correct in memory and at the source, and no image is read."""
         pair, expected, places = self.begin_streamed(width, height, block_size)
         events, beside         = self.stream(pair, chance)
         assert events == ["done"]
@@ -224,7 +224,7 @@ class Bench:
         return events
 
     def end(self, limit=60000):
-        """Run until the frame ends; returns the event."""
+        """Run until the frame ends; return the event."""
         for _ in range(limit):
             if events := self.clock():
                 assert not self.core.get("busy")
@@ -236,7 +236,7 @@ class Bench:
         return np.frombuffer(bytes(self.memory.bytes[base:base + size]), "<i2").reshape(shape)
 
     def check_frame(self, width, height, block_size=5):
-        """A whole frame: right, complete, and not a byte outside of its map and the padding of its last word."""
+        """Check a whole frame: the map is correct, and nothing but it and the padding of its last word changes."""
         expected, places = self.begin(width, height, block_size)
         before = bytes(self.memory.bytes)
         assert self.end() == ["done"]
@@ -263,14 +263,14 @@ def bench(request):
     bench.core.close()
 
 
-#: Tests of streamed frames, which the crossing does not have.
+#: Tests of streamed frames, which the crossing does not support.
 streaming = pytest.mark.parametrize("bench", PORTS, indirect=True)
 
 SIZES = [(20, 5, 5), (21, 5, 5), (MAX_WIDTH, 9, 9), (MAX_WIDTH, 13, 7), (37, 11, 5), (24, 9, 9)]
 
 
 def test_sizes(bench):
-    """Smallest legal image, odd sizes, width = maximum, whatever the memory's speed."""
+    """The smallest image, odd sizes and the maximum width work at any speed of the memory."""
     for speed in (1.0, 0.6, 0.15):
         bench.memory.speed = speed
         for size in SIZES:
@@ -279,7 +279,7 @@ def test_sizes(bench):
 
 
 def test_counts_clocks(bench):
-    """`clocks` is the number of clocks between start and done, and the first row comes before."""
+    """`clocks` counts the clocks from start to done, and the first row comes before the end."""
     bench.begin(MAX_WIDTH, 9)
     start = bench.clocks
     assert bench.end() == ["done"]
@@ -288,7 +288,7 @@ def test_counts_clocks(bench):
 
 
 def test_a_faster_clock_is_a_faster_frame():
-    """The matcher's own clock sets the pace where memory keeps up: nearly half the clocks at twice the frequency."""
+    """The matcher's clock sets the pace if memory keeps up: twice the frequency nearly halves the clocks."""
     bench  = Bench("native-64 crossed", byte_generator(25))
     clocks = []
     for pace in (1.0, 2.0):
@@ -301,8 +301,8 @@ def test_a_faster_clock_is_a_faster_frame():
 
 
 def test_abort_and_restart(bench):
-    """A frame given up at any clock ends soon, and the next one is right."""
-    for turn in range(25):
+    """A frame aborted at any clock ends soon, and the next one is correct."""
+    for number in range(25):
         bench.memory.speed = bench.rng.choice([1.0, 0.5, 0.15])
         bench.begin(33, 11)
         events = [event for _ in range(bench.rng.randrange(1000)) for event in bench.clock()]
@@ -314,11 +314,11 @@ def test_abort_and_restart(bench):
             assert bench.core.get("error_code") == ERROR_ABORTED
         else:
             assert events == ["done"]
-        bench.check_frame(*SIZES[turn % len(SIZES)])
+        bench.check_frame(*SIZES[number % len(SIZES)])
 
 
 def test_abort_at_once(bench):
-    """An abort counts from the first clock of a frame, before memory is asked for anything."""
+    """An abort is effective from the first clock of a frame, before any request to memory."""
     for wait in range(10):
         bench.begin(33, 11)
         events = [event for _ in range(wait) for event in bench.clock()]
@@ -328,14 +328,14 @@ def test_abort_at_once(bench):
 
 
 def test_abort_while_idle(bench):
-    """Nothing to give up: nothing happens."""
+    """An abort without a frame does nothing."""
     assert bench.pulse("abort") == []
     assert not any(bench.clock() for _ in range(50))
     bench.check_frame(30, 8)
 
 
 def test_start_while_busy(bench):
-    """It is ignored."""
+    """A start during a frame is ignored."""
     expected, places = bench.begin(30, 8)
     before = bytes(bench.memory.bytes)
     for _ in range(60):
@@ -347,35 +347,35 @@ def test_start_while_busy(bench):
 
 @streaming
 def test_streamed(bench):
-    """Pixels from the stream, whatever its and the memory's speed, in turn with frames from memory."""
-    for turn, size in enumerate(SIZES[1:4]):
+    """Streamed frames alternate with frames from memory, at any speed of stream and memory."""
+    for number, size in enumerate(SIZES[1:4]):
         bench.memory.speed = bench.rng.choice([1.0, 0.5, 0.15])
         bench.check_streamed(*size, chance=bench.rng.choice([1.0, 0.7, 0.2]))
-        if turn % 2:
+        if number % 2:
             bench.check_frame(*size)
 
 
 @streaming
 def test_abort_of_streamed_frames(bench):
-    """A streamed frame given up at any clock ends soon, with pairs on offer or not, and the next one is right."""
-    for turn in range(6):
+    """A streamed frame aborted at any clock ends soon, with pairs on offer or not, and the next one is correct."""
+    for number in range(6):
         pair, *_ = bench.begin_streamed(33, 11)
         left     = pair[0].ravel().tolist()
         events   = []
         for place in range(bench.rng.randrange(len(left))):
             bench.core.set(pairs_valid=1, pairs_left=left[place], pairs_right=0, pairs_first=int(place == 0))
             events += bench.clock()
-        bench.core.set(pairs_valid=turn % 2)
+        bench.core.set(pairs_valid=number % 2)
         events += bench.pulse("abort") or bench.end(2000)
         assert events == ["failed"] and bench.core.get("error_code") == ERROR_ABORTED
         assert not bench.core.get("pairs_ready")
         bench.core.set(pairs_valid=0)
-        (bench.check_streamed if turn % 3 else bench.check_frame)(*SIZES[turn % len(SIZES)])
+        (bench.check_streamed if number % 3 else bench.check_frame)(*SIZES[number % len(SIZES)])
 
 
 @streaming
 def test_pairs_wait_while_no_streamed_frame_is_under_way(bench):
-    """They are neither taken between frames nor by a frame from memory."""
+    """Pairs are neither accepted between frames nor by a frame from memory."""
     bench.core.set(pairs_valid=1)
     for _ in range(20):
         assert not bench.core.get("pairs_ready")
@@ -385,12 +385,13 @@ def test_pairs_wait_while_no_streamed_frame_is_under_way(bench):
 
 
 def test_settings_of_the_next_frame(bench):
-    """What is written during a frame takes effect on the next one and never within one."""
-    for turn in range(12):
+    """Registers written during a frame apply to the next frame, never to the current one."""
+    for number in range(12):
         expected, places = bench.begin(33, 11, 7)
         before = bytes(bench.memory.bytes)
         events = [event for _ in range(bench.rng.randrange(300)) for event in bench.clock()]
-        bench.core.set(left_base=0, right_base=0, disparity_base=0, **registers(20 + turn, 6, bench.draw(20 + turn, 5)))
+        width = 20 + number
+        bench.core.set(left_base=0, right_base=0, disparity_base=0, **registers(width, 6, bench.draw(width, 5)))
         assert (events or bench.end()) == ["done"]
         bench.check_result(expected, places, before)
 
@@ -399,7 +400,7 @@ PLAIN = MatcherSettings(DISPARITIES, 5, disp12_max_diff=1)
 
 
 def check_refused(bench, changes):
-    """A frame is refused before memory is touched, and the next one is right."""
+    """Check that a frame is refused before any access to memory, and that the next one is correct."""
     bench.begin(30, 8, changes=changes, settings=PLAIN)
     assert bench.end(100) == ["failed"]
     assert bench.core.get("error_code") == ERROR_CONFIG
@@ -415,7 +416,7 @@ def check_refused(bench, changes):
     {"uniqueness_ratio": 101},
 ], ids=str)
 def test_bad_settings(changes):
-    """They are refused before memory is touched, and the next frame is right."""
+    """Bad settings are refused before any access to memory, and the next frame is correct."""
     bench = Bench("wishbone-32", byte_generator(21, str(changes)))
     check_refused(bench, changes)
     bench.core.close()
@@ -423,7 +424,7 @@ def test_bad_settings(changes):
 
 @pytest.mark.parametrize("kind", ["wishbone-32", "wishbone-32 crossed"])
 def test_another_height(kind):
-    """A largest height that no register tells software is refused when the peripheral is built."""
+    """A largest height that no register reports is refused when the peripheral is built."""
     parameters = MatcherParameters(MAX_WIDTH, 100, DISPARITIES, MAX_BLOCK)
     with pytest.raises(ValueError, match="max_height of the peripheral must be 4095, not 100"):
         if kind in CROSSED:
@@ -433,7 +434,7 @@ def test_another_height(kind):
 
 
 def test_limits_of_settings():
-    """The largest values are taken."""
+    """The largest values are accepted."""
     bench = Bench("wishbone-32", byte_generator(23))
     for changes in ({"min_disparity": 10}, {"prefilter_cap": 63}, {"uniqueness_ratio": 100}, {"disp12_max_diff": 254},
                     {"texture_threshold": 0xfffff}, {"prefilter_cap": 0, "xsobel": 0}):
@@ -452,7 +453,7 @@ BARE = {"xsobel": 0, "texture_threshold": 0, "uniqueness_ratio": 0, "disp12_max_
 ], ids=["raw", "xsobel"])
 @pytest.mark.long
 def test_stages_that_are_not_built(features, base, missing):
-    """A frame that needs one is refused; without it is matched."""
+    """A frame that needs a missing stage is refused; without that stage it is matched."""
     bench = Bench("wishbone-32", byte_generator(24, *features), features)
     for changes in missing:
         bench.begin(30, 8, changes=base | changes, settings=PLAIN)
@@ -469,7 +470,7 @@ def test_stages_that_are_not_built(features, base, missing):
 
 @pytest.mark.parametrize("kind", ["wishbone-32", "wishbone-128", "wishbone-32 crossed"])
 def test_bus_error(kind):
-    """An error on any access ends the frame with its code, and the next one is right."""
+    """An error on any access ends the frame with its code, and the next one is correct."""
     bench = Bench(kind, byte_generator(22, kind))
     for _ in range(20):
         bench.begin(33, 11)
@@ -482,12 +483,12 @@ def test_bus_error(kind):
 
 
 def test_reset_in_mid_frame(bench):
-    """After a reset of the whole core at any clock the next frame is right."""
-    for turn in range(15):
+    """After a reset of the whole core at any clock the next frame is correct."""
+    for number in range(15):
         bench.memory.speed = bench.rng.choice([1.0, 0.4])
         bench.begin(33, 11)
         for _ in range(bench.rng.randrange(900)):
             bench.clock()
         bench.reset()
         assert not bench.core.get("busy")
-        bench.check_frame(*SIZES[turn % len(SIZES)])
+        bench.check_frame(*SIZES[number % len(SIZES)])

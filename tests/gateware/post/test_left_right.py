@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""The left-right check: its cores' emitted Verilog against a dictionary and against the model of the stage."""
+"""The left-right check: emitted Verilog of its cores against a dictionary, and against the model of the stage."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ SETTINGS = ["width", "disparities", "min_disparity", "outer", "left_right", "dis
 
 
 def drawn_rows(rng, rows, count, disparities, kind):
-    """Found, disparity (sixteenths, relative) and cost of the winners, rows x count."""
+    """Draw found, disparity (sixteenths, relative) and cost of the winners, rows x count."""
     found     = rng.random((rows, count)) < (0.8 if kind != "nothing found" else 0)
     disparity = rng.integers(0, 16*(disparities - 1) + 1, (rows, count))
     cost      = rng.integers(0, 3000, (rows, count))
     if kind == "whole pixels":
         disparity = disparity//16*16
     elif kind == "one column":
-        # All lead to one place, as far as they can, so that votes for it follow each other.
+        # All lead to one place, as far as possible, so that votes for it are consecutive.
         whole     = np.clip(np.arange(count) - count//2 + disparities//2, 0, disparities - 1)
         disparity = np.minimum(16*whole + rng.integers(0, 8, (rows, count)), 16*(disparities - 1))
         cost      = rng.integers(0, 4, (rows, count))
@@ -43,11 +43,11 @@ def drawn_rows(rng, rows, count, disparities, kind):
 
 @pytest.mark.parametrize("valid, ready", [(1.0, 1.0), (0.4, 1.0), (1.0, 0.4), (0.7, 0.7)])
 def test_left_right(valid, ready):
-    """Rows of every kind, one frame after the other, as the model has it; the outer winners do not come out."""
+    """Rows of every kind, frame after frame, give the model's result; the outer winners are not in it."""
     rng   = generator(15)
     bench = CoreBench(LeftRight(BUILT), SETTINGS, pipeline=False)
-    for turn in range(48):
-        kind          = ["drawn", "whole pixels", "one column", "ties", "at the limit", "nothing found"][turn % 6]
+    for number in range(48):
+        kind          = ["drawn", "whole pixels", "one column", "ties", "at the limit", "nothing found"][number % 6]
         disparities   = int(rng.choice([16, 32]))
         block_size    = int(rng.choice([5, 7, 11]))
         min_disparity = int(rng.choice([0, 3, 20]))
@@ -72,17 +72,17 @@ def test_left_right(valid, ready):
 
 
 def test_reset_in_mid_frame():
-    """Votes from before a reset count no more."""
+    """Votes from before a reset do not count."""
     rng   = generator(16)
     bench = CoreBench(LeftRight(BUILT), SETTINGS, pipeline=False)
-    for turn in range(30):
+    for number in range(30):
         columns = Columns(80, 32, 0, 5)
         found, disparity, cost = drawn_rows(rng, 4, columns.count, 32, "drawn")
         fields  = {"found": found.ravel(), "disparity": disparity.ravel(), "cost": cost.ravel()}
         begin   = {"width": 80, "disparities": 32, "min_disparity": 0, "outer": 2, "left_right": 1,
                    "disp12_max_diff": 0}
         bench.begin(**begin)
-        bench.interrupt(fields | {"cost": np.zeros_like(fields["cost"])}, clock=10 + 9*turn)
+        bench.interrupt(fields | {"cost": np.zeros_like(fields["cost"])}, clock=10 + 9*number)
         bench.begin(**begin)
         out  = bench.run(fields, 4*(columns.count - 4))
         map_ = np.where(found == 1, disparity, -16).astype(np.int16)
@@ -91,7 +91,7 @@ def test_reset_in_mid_frame():
 
 
 def test_switched_off():
-    """Winners pass as they are, between frames with the check."""
+    """Winners pass unchanged, between frames with the check."""
     rng   = generator(17)
     bench = CoreBench(LeftRight(BUILT), SETTINGS, pipeline=False)
     for _ in range(3):

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""The cores that lay out the map: emitted Verilog against NumPy and OpenCV, under back-pressure on both sides."""
+"""The cores that lay out the map: emitted Verilog against NumPy and OpenCV, with back-pressure on both sides."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ FLOWS = [(1.0, 1.0), (0.4, 1.0), (1.0, 0.4), (0.6, 0.6)]
 
 
 def check_marks(bench, pixels):
-    """First and last are marked, and nothing else."""
+    """Check that first and last are marked, and no others."""
     first, last = bench.marks
     assert first.nonzero()[0].tolist() == [0]
     assert last.nonzero()[0].tolist() == [pixels - 1]
@@ -28,7 +28,7 @@ def check_marks(bench, pixels):
 
 @pytest.mark.parametrize("valid, ready", FLOWS)
 def test_border(valid, ready):
-    """The valid region's disparities lie in a frame of invalid pixels; what was not found is invalid too."""
+    """The valid region has a border of invalid pixels; pixels without a match are invalid too."""
     rng      = generator(18)
     settings = ["width", "height", "disparities", "min_disparity", "block_size", "begin"]
     bench    = CoreBench(Border(SMALL), settings, pipeline=False)
@@ -51,16 +51,16 @@ def test_border(valid, ready):
 
 @pytest.mark.parametrize("valid, ready", FLOWS)
 def test_median(valid, ready):
-    """Negative and positive values, ties, the smallest sizes, frames back to back, and a reset in one."""
+    """Negative and positive values, ties, smallest sizes, frames back to back and a reset give OpenCV's map."""
     rng   = generator(19)
     bench = CoreBench(Median(SMALL), ["width", "height", "median", "begin"], pipeline=False)
-    for turn in range(20):
+    for number in range(20):
         width, height = int(rng.integers(20, 45)), int(rng.integers(5, 20))
         pixels = rng.choice([-16, -16, 0, 5, *range(-16, 2000, 37)], (height, width)).astype(np.int16)
-        if turn % 4 == 3:
+        if number % 4 == 3:
             pixels = rng.integers(-2**15, 2**15, (height, width)).astype(np.int16)
         items = {"disparity": pixels.view(np.uint16).ravel()}
-        if turn % 3 == 1:
+        if number % 3 == 1:
             bench.begin(width=width, height=height, median=1)
             bench.interrupt(items, clock=int(rng.integers(2, width*height)))
         bench.begin(width=width, height=height, median=1)
@@ -70,7 +70,7 @@ def test_median(valid, ready):
 
 
 def test_median_off():
-    """The map passes as it is."""
+    """The map passes unchanged."""
     bench  = CoreBench(Median(SMALL), ["width", "height", "median", "begin"], pipeline=False)
     pixels = np.arange(100)
     bench.begin(width=20, height=5, median=0)

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""From costs to a disparity: each core's emitted Verilog against the models of the stages."""
+"""From costs to a disparity: emitted Verilog of each core against the models of the stages."""
 
 from __future__ import annotations
 
@@ -25,16 +25,16 @@ from support.pairs import generator
 
 
 def parameters(disparities, features=FEATURES):
-    """A matcher of that size."""
+    """Return the parameters of a matcher of that size."""
     return MatcherParameters(max_width=disparities + 40, disparities=disparities, max_block_size=9, features=features)
 
 
 def drawn_costs(rng, count, lanes, most):
-    """Costs with many ties and near ties, N x lanes; the first ones saturated."""
+    """Return costs with many ties and near ties, N x lanes; the first ones are saturated."""
     costs       = rng.integers(0, most + 1, (count, lanes))
     few         = count//3
     costs[:few] = rng.choice([0, 1, 2, 3, most - 1, most], (few, lanes))
-    # Smooth ones, as of real images, with a winner that may be unique.
+    # Smooth costs, as of real images, whose winner may be unique.
     centre      = rng.integers(0, lanes, (few, 1))
     costs[-few:] = np.minimum(most, np.abs(np.arange(lanes) - centre)*rng.integers(0, 40, (few, 1))
                               + rng.integers(0, 100, (few, 1)) + rng.integers(0, 3, (few, lanes)))
@@ -45,7 +45,7 @@ def drawn_costs(rng, count, lanes, most):
 @pytest.mark.parametrize("disparities", [16, 48, 64, 112])
 @pytest.mark.parametrize("valid", [1.0, 0.4])
 def test_winner(disparities, valid):
-    """Of equal costs the largest disparity wins; lanes out of use never do."""
+    """Of equal costs the largest disparity wins; unused lanes never win."""
     rng   = generator(5, disparities)
     built = parameters(disparities)
     bench = CoreBench(Winner(built), ["disparities"])
@@ -63,7 +63,7 @@ def test_winner(disparities, valid):
 
 @pytest.mark.parametrize("largest", [1, 24, 25, 2**14 - 1, (2**16 - 1)*25, (2**18 - 1)*25])
 def test_reciprocal(largest):
-    """The division is exact up to the largest number, most of all around the multiples of the divisor."""
+    """The division is exact up to the largest number, especially around multiples of the divisor."""
     factor, shift = reciprocal(25, largest)
     numbers = np.unique(np.concatenate([np.arange(min(largest, 5000) + 1), *(
         np.arange(largest//25 + 1)*25 + offset for offset in (0, 24))]))
@@ -73,7 +73,7 @@ def test_reciprocal(largest):
 
 @pytest.mark.parametrize("max_block_size", [9, 31])
 def test_cost_limit(max_block_size):
-    """cost + floor(cost*ratio/100), for every ratio, at the ends and in between."""
+    """The limit is cost + floor(cost*ratio/100) for every ratio, at the ends and in between."""
     rng   = generator(9)
     built = MatcherParameters(max_width=128, disparities=16, max_block_size=max_block_size)
     most  = built.max_block_size**2*built.largest_pixel
@@ -86,7 +86,7 @@ def test_cost_limit(max_block_size):
 
 @pytest.mark.parametrize("disparities", [16, 48, 128])
 def test_uniqueness(disparities):
-    """A rival within the limit that is no neighbour of the winner; lanes out of use are none."""
+    """A rival is a cost within the limit that is no neighbour of the winner; unused lanes are no rivals."""
     rng   = generator(10, disparities)
     built = parameters(disparities)
     most  = built.max_block_size**2*built.largest_pixel
@@ -102,7 +102,7 @@ def test_uniqueness(disparities):
 
 @pytest.mark.parametrize("disparities", [16, 48, 64, 128])
 def test_neighbours(disparities):
-    """Every winner's two neighbours; at the ends the one that exists."""
+    """Every winner has its two neighbours; at the ends the one that exists."""
     rng   = generator(11, disparities)
     bench = CoreBench(Neighbours(parameters(disparities)))
     index = np.arange(disparities)
@@ -113,7 +113,7 @@ def test_neighbours(disparities):
 
 
 def test_subpixel():
-    """Any costs of which the middle one is not larger than the others; the ends of the range; switched off."""
+    """Costs whose middle is a minimum, the ends of the range, and the switched-off stage give the model's result."""
     rng   = generator(12)
     built = parameters(32)
     most  = built.max_block_size**2*built.largest_pixel
@@ -123,7 +123,7 @@ def test_subpixel():
     below, above = (np.minimum(most, cost + rng.choice([0, 1, 2, 3, most, *rng.integers(0, most, 50)], count))
                     for _ in range(2))
     index = rng.integers(0, 16, count)
-    # As the model wants it: all costs of a pixel, of which only three matter.
+    # As the model requires: all costs of a pixel, of which only three matter.
     costs = np.full((16, count), most)
     for step, values in ((0, cost), (-1, below), (1, above)):
         inside = (index + step >= 0) & (index + step < 16)
@@ -152,7 +152,7 @@ class DelayStream(LiteXModule):
 
 @pytest.mark.parametrize("latency", [4, 5, 13])
 def test_cost_delay(latency):
-    """What goes in comes out that many clocks later."""
+    """An item comes out that many clocks later."""
     built = parameters(16)
     bench = CoreBench(DelayStream(built, latency), lanes={"costs": 16})
     costs = generator(13, latency).integers(0, 2**built.cost_bits, (200, 16))
@@ -165,7 +165,7 @@ FEATURE_SETS = [FEATURES, ["raw"], ["xsobel", "texture"], ["raw", "uniqueness"],
 @pytest.mark.parametrize("features", FEATURE_SETS, ids="-".join)
 @pytest.mark.parametrize("valid", [1.0, 0.4])
 def test_whole_selection(features, valid):
-    """Everything at once, with whatever is built; only complete blocks come out."""
+    """All stages together give the model's result, with any features built; only complete blocks come out."""
     rng   = generator(14, len(features))
     built = parameters(32, features)
     most  = built.max_block_size**2*built.largest_pixel

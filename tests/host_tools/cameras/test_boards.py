@@ -86,7 +86,7 @@ def pairs():
     return placed
 
 
-def test_a_pair_that_does_not_fit_is_named_and_left_out(pairs):
+def test_a_pair_that_does_not_fit_is_named_and_omitted(pairs):
     moved    = pairs[4].right_px + np.linspace(0, 12, 54, dtype=np.float32)[:, None]
     pairs[4] = BoardPair("04", pairs[4].points_m, pairs[4].left_px, moved)
     result   = calibrate(pairs, rig.WIDTH, rig.HEIGHT)

@@ -63,7 +63,7 @@ def test_a_frame_after_a_stray_delimiter_is_received():
     assert Demultiplexer().feed(b"\0\0\0" + on_line(sent)) == [sent]
 
 
-def test_one_more_delimiter_ends_what_a_dead_host_left_behind():
+def test_one_more_delimiter_ends_the_frame_of_a_dead_host():
     first, second = messages(2)
     demux         = Demultiplexer()
     assert demux.feed(on_line(first)[:-20]) == []

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Waveforms of cores: every clock is in them, and the signals by their names."""
+"""Waveforms of cores contain every clock, and the signals by name."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from litestereo.sim.cores.stream_core import StreamCore
 
 
 class Counter(LiteXModule):
-    """Counts the clocks, and passes on what comes."""
+    """Counts the clocks, and passes its input on."""
     def __init__(self):
         self.sink   = stream.Endpoint([("data", 8)])
         self.source = stream.Endpoint([("data", 8)])
@@ -30,13 +30,13 @@ class Counter(LiteXModule):
 
 
 def changes(text, name):
-    """Values of a signal in the order of a VCD file."""
+    """Return the values of a signal in the order of a VCD file."""
     code = re.search(rf"\$var wire +\d+ (\S+) {name} ", text)[1]
     return [int(value, 2) for value in re.findall(rf"^b?([01]+) ?{re.escape(code)}$", text, re.MULTILINE)]
 
 
 def test_each_clock_is_in_it(tmp_path):
-    """A reset, ten clocks and the time that they take at 100 MHz."""
+    """The trace has a reset, ten clocks, and their time at 100 MHz."""
     core = Counter()
     path = tmp_path / "waves" / "counter.vcd"
     pins = PinCore(core, {}, {"clocks": core.clocks}, trace=path)
@@ -51,7 +51,7 @@ def test_each_clock_is_in_it(tmp_path):
 
 
 def test_a_stream_core_has_one_too(tmp_path):
-    """In the smaller format, by its ending."""
+    """A stream core writes the smaller format, chosen by its ending."""
     path = tmp_path / "stream.fst"
     core = StreamCore(Counter(), trace=path)
     core.run(np.arange(5, dtype=np.uint32), 5)
@@ -61,7 +61,7 @@ def test_a_stream_core_has_one_too(tmp_path):
 
 
 def test_every_model_of_a_test_run(tmp_path, monkeypatch):
-    """The folder that the variable names gets a file for each model; the one that is asked for goes where it should."""
+    """The folder of the variable gets a file for each model; a requested trace goes to its path."""
     monkeypatch.setenv("LITESTEREO_TRACE", str(tmp_path))
     asked = tmp_path / "asked.vcd"
     for trace in (None, asked, None):
@@ -71,6 +71,6 @@ def test_every_model_of_a_test_run(tmp_path, monkeypatch):
 
 
 def test_another_ending_is_refused(tmp_path):
-    """With those that are known."""
+    """The error lists the known endings."""
     with pytest.raises(ValueError, match="ends in .vcd or .fst, not .*wave.txt"):
         PinCore(Counter(), {}, {}, trace=tmp_path / "wave.txt")

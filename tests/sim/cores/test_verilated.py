@@ -15,7 +15,7 @@ from litestereo.sim.cores.stream_core import StreamCore
 
 
 def test_runtime_is_compiled_once():
-    """Verilator's own part comes from another build: of what is compiled here the compiler says what it depends on."""
+    """Verilator's runtime comes from another build: no file compiled here depends on its sources."""
     core   = StreamCore(stream.SyncFIFO([("data", 7)], 3), [])
     folder = Path(core._library._name).parent
     assert (folder / "verilated.o").is_file()

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""The reference model against the definition, written out."""
+"""The reference model against its definition, written out."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from support.pairs import generator, textured_pair
 
 
 def by_definition(left, right, disparities, block_size):
-    """Each pixel for itself: the smallest sum of absolute differences, and of equal ones the largest disparity."""
+    """Match each pixel alone: the smallest sum of absolute differences, and of equal ones the largest disparity."""
     margin        = block_size//2
     height, width = left.shape
     result        = np.full(left.shape, INVALID, np.int16)
@@ -32,7 +32,7 @@ def by_definition(left, right, disparities, block_size):
 
 @pytest.mark.parametrize("disparities, block_size", [(16, 5), (16, 9), (32, 7)])
 def test_definition(disparities, block_size):
-    """Textured, and of few values so that costs are often equal."""
+    """Textured images with few values, so that costs are often equal, give the definition's map."""
     rng           = generator(40, disparities, block_size)
     width, height = minimum_size(disparities, block_size)
     left, right   = textured_pair(width + 9, height + 4, rng)

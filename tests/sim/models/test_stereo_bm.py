@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""The reference model against `cv2.StereoBM` on real pairs, drawn settings and awkward images."""
+"""The reference model against `cv2.StereoBM` on real pairs, random settings and awkward images."""
 
 import itertools
 
@@ -24,7 +24,7 @@ from support.settings import UncheckedSettings, drawn_settings
 
 @pytest.mark.parametrize("name", ["tsukuba", "venus", "teddy", "cones"])
 def test_middlebury(name):
-    """The defaults, every test switched on and off, and drawn settings."""
+    """The defaults, every test switched on and off, and random settings give OpenCV's map."""
     pair  = stereo_pair(name)
     rng   = generator(60, *name.encode())
     cases  = [MatcherSettings(block_size=9), MatcherSettings(block_size=21)]
@@ -37,7 +37,7 @@ def test_middlebury(name):
 
 
 def test_awkward_images():
-    """Ties, saturation, stripes and single pixels, in a thousand small images of odd and even height."""
+    """A thousand small images give OpenCV's map: ties, saturation, stripes, single pixels, odd and even heights."""
     rng    = generator(61)
     images = 0
     while images < 1000:
@@ -51,7 +51,7 @@ def test_awkward_images():
 
 
 def test_negative_disparities():
-    """Wholly and partly below zero."""
+    """Ranges wholly and partly below zero give OpenCV's map."""
     rng = generator(62)
     for min_disparity in (-1, -7, -15, -16, -31, -32, -50):
         for _ in range(6):
@@ -64,7 +64,7 @@ def test_negative_disparities():
 @pytest.mark.parametrize("disp12_max_diff", [-1, 0])
 @pytest.mark.parametrize("min_disparity", [-20, -15, 0, 3])
 def test_narrow_images(disp12_max_diff, min_disparity):
-    """From the width of a block on: no disparity below the smallest size, and there a single column."""
+    """Widths from that of a block give OpenCV's map: below the smallest size all invalid, and there a single column."""
     settings = UncheckedSettings(16, 7, min_disparity, texture_threshold=0, uniqueness_ratio=0,
                                  disp12_max_diff=disp12_max_diff)
     rng      = generator(63)
@@ -79,7 +79,7 @@ def test_narrow_images(disp12_max_diff, min_disparity):
 
 
 def test_small_images_are_refused_as_opencv_does():
-    """Smaller than a block is an error in both; the very height of a block only in OpenCV."""
+    """Both refuse images smaller than a block; a height equal to the block's is an error only in OpenCV."""
     settings = MatcherSettings(16, 9)
     for shape in ((8, 60), (60, 8), (1, 1)):
         image = np.zeros(shape, np.uint8)
@@ -115,7 +115,7 @@ def test_improper_images_and_prefilter():
 
 
 def test_without_any_extra_it_is_the_plain_model():
-    """No prefilter, no tests, no fractions: the sum of absolute differences."""
+    """Without prefilter, tests and fractions the map is that of the sum of absolute differences."""
     rng = generator(64)
     for _ in range(20):
         settings    = MatcherSettings(int(rng.integers(1, 4))*16, int(rng.integers(2, 8))*2 + 1,
@@ -128,7 +128,7 @@ def test_without_any_extra_it_is_the_plain_model():
 
 
 def test_raw_pixels_do_what_a_prefilter_in_their_place_would():
-    """Grey values that look prefiltered: OpenCV's own costs, were its prefilter off, by hand."""
+    """Grey values that look prefiltered give OpenCV's costs, as if its prefilter were off."""
     rng         = generator(65)
     settings    = MatcherSettings(16, 5, prefilter="none", uniqueness_ratio=20)
     left, right = textured_pair(40, 12, rng, 4)
@@ -156,7 +156,7 @@ def test_raw_pixels_do_what_a_prefilter_in_their_place_would():
 ])
 @pytest.mark.parametrize("difference", [0, 1, 3])
 def test_left_right_check_of_large_costs(settings, difference):
-    """Where OpenCV's own matcher mangles the costs, its function on proper costs is the yardstick."""
+    """Where OpenCV's matcher corrupts the costs, the reference is its function on correct costs."""
     left, right = stereo_pair("cones").left[:120, :260], stereo_pair("cones").right[:120, :260]
     if settings.prefilter == "xsobel":
         left, right = (stages.prefilter_xsobel(image, settings.prefilter_cap) for image in (left, right))
@@ -187,7 +187,7 @@ def test_bands_of_rows_leave_no_seam(monkeypatch):
 
 
 def test_median():
-    """The middle one of nine, with the edges repeated; what has no disparity counts too."""
+    """The median is the middle of nine values, with repeated edges; invalid pixels count too."""
     rng         = generator(67)
     left, right = textured_pair(60, 25, rng)
     disparity   = stereo_bm(left, right, MatcherSettings(16, 5))

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""The litex_sim module that ties the simulated Ethernet to a UDP socket, without a SoC."""
+"""The litex_sim module that connects the simulated Ethernet to a UDP socket, without a SoC."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ NOBODY = Station("00:00:00:00:00:00", "192.168.1.100")
 
 
 class Host:
-    """A host's socket: on loopback datagrams arrive within the call that sends them, so nothing here waits."""
+    """A host's socket: on loopback a datagram arrives within the call that sends it, so no test waits."""
     def __init__(self, port: int) -> None:
         self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self.socket.bind(("127.0.0.1", 0))
@@ -42,12 +42,12 @@ class Host:
         self.station = HOST._replace(port=self.socket.getsockname()[1])
 
     def send(self, payload: bytes) -> bytes:
-        """Send it; the frame that has to come out of it."""
+        """Send a datagram; return the frame that must result."""
         self.socket.sendto(payload, self.device)
         return datagram(self.station, DEVICE, payload)
 
     def received(self) -> list[bytes]:
-        """All that has come from the device."""
+        """Return everything received from the device."""
         payloads = []
         while True:
             try:
@@ -60,14 +60,14 @@ class Host:
 
 @pytest.fixture
 def bench():
-    """The module with its defaults."""
+    """Return the module with its defaults."""
     with EthernetBench() as bench:
         yield bench
 
 
 @pytest.fixture
 def hosts():
-    """A maker of hosts, which are closed at the end."""
+    """Return a maker of hosts, which are closed at the end."""
     made = []
 
     def make(port: int) -> Host:
@@ -81,13 +81,13 @@ def hosts():
 
 @pytest.fixture
 def host(bench, hosts):
-    """A host at the module with its defaults."""
+    """Return a host at the module with its defaults."""
     return hosts(bench.ports[0])
 
 
 @pytest.mark.parametrize("length", [0, 1, 17, 18, 19, 28, 1051, 1052, 1472])
 def test_datagram_to_frame(bench, host, length):
-    """Exactly this frame, padded to 60 bytes, in one piece."""
+    """A datagram becomes exactly this frame, padded to 60 bytes, without a gap."""
     expected = host.send(byte_generator(length).randbytes(length))
     (frame,) = bench.run(3000)
     assert frame.data == expected
@@ -97,7 +97,7 @@ def test_datagram_to_frame(bench, host, length):
 
 @pytest.mark.parametrize("gap", [None, 1, 24, 100])
 def test_pace(hosts, gap):
-    """A byte per clock, and the gap between two frames to the clock."""
+    """A frame takes a clock per byte, and the gap between frames is exact."""
     with EthernetBench(None if gap is None else {"gap": gap}) as bench:
         host     = hosts(bench.ports[0])
         rng      = byte_generator(100)
@@ -109,7 +109,7 @@ def test_pace(hosts, gap):
 
 
 def test_idle_host_is_heard(bench, host):
-    """However long nothing came, a datagram is a frame within 64 clocks."""
+    """After any silence, a datagram becomes a frame within 64 clocks."""
     clock = 0
     for idle in (1, 63, 64, 65, 1000):
         assert bench.run(idle) == []
@@ -121,7 +121,7 @@ def test_idle_host_is_heard(bench, host):
 
 
 def test_burst(bench, host):
-    """What a host sends at once fits the socket, a pair of images of 640 x 480 at least."""
+    """The socket has room for a burst: a pair of images of 640 x 480 at least."""
     if os.geteuid() != 0:
         pytest.skip("only root may go beyond the system's limit of a socket's buffer")
     expected = [host.send(bytes([number % 256])*1052) for number in range(600)]
@@ -130,7 +130,7 @@ def test_burst(bench, host):
 
 
 def test_frame_to_its_host(bench, hosts):
-    """Each of two hosts gets what is for its port, and the bytes of the datagram alone, whatever the padding is."""
+    """Each of two hosts receives what is for its port, and only the bytes of the datagram, without the padding."""
     first, second = (hosts(bench.ports[0]) for _ in range(2))
     rng = byte_generator(101)
     sent: dict[Host, list[bytes]] = {first: [], second: []}
@@ -164,7 +164,7 @@ def test_arp_answered(bench, to):
 
 
 def test_arp_before_what_waits(bench, host):
-    """The answer is the next frame: what waits is for the device that asks, but it may need the answer first."""
+    """The ARP answer is the next frame: queued frames are for the device that asks, which may need the answer first."""
     frames = [host.send(bytes(1000)) for _ in range(3)]
     bench.send([arp(1, DEVICE, NOBODY, BROADCAST)])
     got = [frame.data for frame in bench.run(6000)]
@@ -172,11 +172,11 @@ def test_arp_before_what_waits(bench, host):
 
 
 def test_datagram_right_after_arp(bench, host):
-    """What comes while the answer goes out begins at its gap's end, however long nothing came before."""
+    """A datagram during the answer starts after its gap, after any silence."""
     for idle in (500, 513, 537, 561):
         bench.run(idle)
         bench.send([arp(1, DEVICE, NOBODY, BROADCAST)])
-        # The request, and the beginning of the answer.
+        # The request, and the start of the answer.
         bench.run(60 + 20)
         expected = host.send(b"at once")
         answer, frame = bench.run(200)
@@ -185,7 +185,7 @@ def test_datagram_right_after_arp(bench, host):
 
 
 def test_arp_not_answered(bench):
-    """Requests for others, answers, and what is not about IPv4 on Ethernet."""
+    """Requests for other addresses, answers, and ARP not for IPv4 on Ethernet are ignored."""
     request = arp(1, DEVICE, NOBODY, BROADCAST)
     others  = [arp(1, DEVICE, NOBODY._replace(address="192.168.1.101"), BROADCAST),
                arp(2, DEVICE, HOST, HOST.mac), arp(1, DEVICE, NOBODY, "02:00:00:00:00:65")]
@@ -219,7 +219,7 @@ FAULTS  = {
 
 @pytest.mark.parametrize("name", FAULTS)
 def test_fault_of_the_soc(hosts, name):
-    """It is counted, said once, and does not harm what comes after it."""
+    """A faulty frame of the SoC is counted, reported once, and does not affect the next ones."""
     with EthernetBench() as bench:
         host = hosts(bench.ports[0])
         assert bench.deliver(FAULTS[name]) == []
@@ -234,14 +234,14 @@ def test_fault_of_the_soc(hosts, name):
 
 
 def test_options_and_checksum(bench, host):
-    """What a device may do, though LiteEth does not."""
+    """IP options and a UDP checksum are accepted, although LiteEth sends neither."""
     udp = udp_packet(DEVICE, host.station, b"odd", check=True)
     bench.deliver([packet_frame(udp, options=b"\1"*8)])
     assert host.received() == [b"odd"]
 
 
 def test_other_frames(bench):
-    """What is not for the host, or not UDP, is dropped without a word."""
+    """Frames for other hosts, and other protocols than UDP, are dropped silently."""
     elsewhere = HOST._replace(port=9, address="192.168.1.101")
     bench.deliver([datagram(DEVICE, elsewhere, b""), datagram(DEVICE, TO_NINE._replace(mac=BROADCAST), b""),
                    packet_frame(bytes(64), protocol=1), ethernet(HOST.mac, DEVICE.mac, 0x86dd, bytes(64))])
@@ -249,7 +249,7 @@ def test_other_frames(bench):
 
 
 def test_datagrams_that_do_not_fit(hosts):
-    """Too long for a frame, or from another address of the loopback interface; the next one comes through."""
+    """Datagrams too long for a frame, or from another loopback address, are dropped; the next one passes."""
     with EthernetBench() as bench:
         host = hosts(bench.ports[0])
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as stranger:
@@ -264,7 +264,7 @@ def test_datagrams_that_do_not_fit(hosts):
 
 
 def test_mutated_frames(bench, host):
-    """A host's judgement, written down twice: the module delivers what the other one takes, and nothing else."""
+    """The module delivers exactly the frames that a second implementation of the host accepts."""
     rng      = byte_generator(103)
     expected = []
     count    = 0
@@ -277,7 +277,7 @@ def test_mutated_frames(bench, host):
         if rng.random() < 0.2:
             del frame[rng.randrange(1, len(frame)):]
         taken = host_takes(bytes(frame))
-        # Noise is for no one else on this machine.
+        # Noise must not reach other programs on this machine.
         if taken is None or taken[0] == host.station.port:
             bench.send([bytes(frame)])
         if taken and taken[0] == host.station.port:
@@ -291,7 +291,7 @@ def test_mutated_frames(bench, host):
 
 
 def test_fuzz(hosts):
-    """200000 frames with faults: no complaint of a sanitizer, and the module works on."""
+    """After 200000 faulty frames no sanitizer has reported an error, and the module still works."""
     print(f"LITESTEREO_SEED={SEED}")
     with EthernetBench() as bench:
         host      = hosts(bench.ports[0])
@@ -312,13 +312,13 @@ def test_fuzz(hosts):
 
 @pytest.mark.parametrize("seed", [0, 2**32 - 1, 2**32, -1])
 def test_fuzz_of_any_seed(bench, seed):
-    """No seed makes the same frame all the time."""
+    """No seed makes the generator repeat one frame."""
     bench.fuzz([datagram(DEVICE, TO_NINE, bytes(28))], seed, 1000)
     assert len(bench.outcomes()) > 5
 
 
 def read_capture(path) -> list[tuple[float, int, bytes]]:
-    """Nanoseconds, original length and bytes of each frame of a pcap file."""
+    """Return nanoseconds, original length and bytes of each frame of a pcap file."""
     data = path.read_bytes()
     assert struct.unpack_from("<IHHIIII", data) == (0xa1b23c4d, 2, 4, 0, 0, 1514, 1)
     frames, place = [], 24
@@ -331,7 +331,7 @@ def read_capture(path) -> list[tuple[float, int, bytes]]:
 
 
 def test_capture(hosts, tmp_path):
-    """Every frame both ways, in order of time, bad ones too; the file is whole at any moment."""
+    """The capture has every frame of both directions, in order of time, bad ones too; the file is always complete."""
     path = tmp_path / "frames.pcap"
     with EthernetBench({"capture": str(path)}) as bench:
         assert read_capture(path) == []
@@ -348,14 +348,14 @@ def test_capture(hosts, tmp_path):
     assert [length for _, length, frame in captured if frame == bad[:1514]] == [1515]
     times = [time for time, _, _ in captured]
     assert times == sorted(times)
-    # A clock is a nanosecond, and a frame is noted at its last byte.
+    # A clock is a nanosecond, and a frame's time is that of its last byte.
     ends = {frame: time for time, _, frame in captured}
     assert ends[got[2].data] - ends[got[0].data] == got[2].clock + 60 - got[0].clock - len(got[0].data)
 
 
 @pytest.mark.parametrize("clock", [10**9 - 70, 10**9, 7*10**9 + 123_456_789, 2**32*10**9 - 1000])
 def test_time_of_a_capture(tmp_path, clock):
-    """Seconds and nanoseconds, as long as the file's format can tell them."""
+    """Seconds and nanoseconds are correct as far as the format can represent them."""
     path = tmp_path / "frames.pcap"
     with EthernetBench({"capture": str(path)}) as bench:
         bench.set_clock(clock)
@@ -367,7 +367,7 @@ def test_time_of_a_capture(tmp_path, clock):
 
 
 def test_two_sessions(hosts):
-    """Two ports of a SoC, one with a clock of its own at half the pace: neither disturbs the other."""
+    """Two ports of a SoC, one with a separate clock of half the frequency, do not affect each other."""
     other = {"clock": "eth_clk", "device_address": "10.0.0.7", "device_mac": "02:11:22:33:44:55", "device_port": 77}
     with EthernetBench({"gap": 12}, other) as bench:
         device   = Station("02:11:22:33:44:55", "10.0.0.7", 77)
@@ -413,7 +413,7 @@ def test_port_in_use(bench):
 
 
 def test_clock_that_is_not_there():
-    """Without its pads the simulator does not run on as if all were well."""
+    """Without its pads the simulator does not start."""
     done = subprocess.run([build(), "sys_clk", '{"clock": "rx_clk"}'], input="run 1\n", capture_output=True, text=True,
                           check=False)
     assert done.returncode == 1
@@ -421,7 +421,7 @@ def test_clock_that_is_not_there():
 
 
 def test_makefile(tmp_path):
-    """LiteX's rules make the module of it."""
+    """LiteX's rules build the module."""
     (tmp_path / "variables.mak").write_text(f"SRC_DIR = {litex_sim_core()}\nEXTRA_MOD_BASE_DIR = {MODULE.parent}\n")
     folder = tmp_path / "modules" / "ethernet2socket"
     folder.mkdir(parents=True)

@@ -3,8 +3,8 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Each board's own SoC in litex_sim: it boots from its flash, passes its self test, matches a real pair, shows its map
-if there is a screen, and takes another firmware over its link."""
+"""Each board's SoC in litex_sim: it boots from its flash, passes its self-test, matches a real pair, shows the map if
+there is a screen, and accepts other firmware over its link."""
 
 from __future__ import annotations
 
@@ -26,21 +26,21 @@ from support.screen import CLOCKS, LINES, expected_picture, shown_picture
 
 pytestmark = pytest.mark.system
 
-#: Boards whose simulators are built, which takes minutes each; `make boards-sim` takes all.
+#: Boards whose simulators are built, minutes each; `make boards-sim` builds all.
 CHOSEN = os.environ.get("LITESTEREO_BOARDS", "colorlight_i5").split()
 
-#: Boards with Ethernet: it is faster than the serial line. LiteDRAM's models of DDR2 and DDR3 answer without training.
+#: Boards with Ethernet, which is faster than the serial line. LiteDRAM's models of DDR2 and DDR3 need no training.
 ETHERNET = ("colorlight_i5", "colorlight_i9", "ecpix5", "arty")
 
 
 def url_of(board, simulation):
-    """The board's faster link."""
+    """Return the URL of the board's faster link."""
     return f"udp://127.0.0.1:{simulation.udp_port}" if board in ETHERNET else \
         f"tcp://127.0.0.1:{simulation.port}"
 
 
 def assert_shows(simulation, disparity, settings, limit_s=600):
-    """The screen is black, or shows the map, or in one picture some of both; none has waited for the memory."""
+    """Check that pictures are black, or show the map, or in one case a part; none has waited for the memory."""
     path     = simulation.folder / "screen.ppm"
     expected = expected_picture(disparity, settings.disparities)
     deadline = time.monotonic() + limit_s
@@ -48,7 +48,7 @@ def assert_shows(simulation, disparity, settings, limit_s=600):
     while True:
         shown = shown_picture(path)
         assert (shown.rgb.shape, shown.lines) == ((480, 640, 3), LINES)
-        # The first picture is not a whole number of lines after power-up.
+        # The first picture does not start a whole number of lines after power-up.
         assert shown.clocks == CLOCKS or shown.number == 1
         assert (shown.rgb == shown.rgb[..., :1]).all()
         picture = shown.rgb[..., 0]
@@ -66,10 +66,10 @@ def assert_shows(simulation, disparity, settings, limit_s=600):
 @pytest.mark.long
 @pytest.mark.parametrize("board", BOARDS)
 def test_board(board):
-    """Boot program, RAM of its kind and width, preset: as on the board; pins and clocks are the simulator's.
+    """Boot program, RAM and preset are the board's; pins and clocks are the simulator's.
 
-    In one run: the self test, a real pair, and an update. Its reset is that of the whole SoC, by its own register; the
-    boot program then reads the flash, which has kept what was written to it.
+    One run covers the self-test, a real pair and an update. The update resets the whole SoC through its register; the
+    boot program then reads the flash, which has kept its contents.
     """
     if board not in CHOSEN:
         pytest.skip(f"not in LITESTEREO_BOARDS: {' '.join(CHOSEN)}")

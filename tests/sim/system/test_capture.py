@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Reading of captures, against files made by hand as the description of pcap has them."""
+"""Readers of captures, against handmade files after the description of pcap."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ UPLOAD = Message(MessageType.UPLOAD, 0x12345678, 8, 1, 2048, bytes(range(256))*4
 BYE    = Message(MessageType.BYE, 0x12345678, 9)
 HEADER = struct.pack("=IHHiIII", 0xa1b23c4d, 2, 4, 0, 0, 1514, 1)
 
-#: A conversation, and the clocks at which its frames ended; 10**9 of them are a second of the file.
+#: A conversation, and the clocks at which its frames ended; 10**9 clocks are a second of the file.
 MESSAGES = [Captured(100, True, HELLO), Captured(250, False, REPLY), Captured(10**9 - 1, True, UPLOAD),
             Captured(10**9, True, UPLOAD), Captured(3*10**9 + 5, True, BYE)]
 
 
 def record(clock, frame, length=None):
-    """A frame in the file; `length` is what it had on the wire if not all of it was kept."""
+    """Return a frame of the file; `length` is its length on the wire if the record is truncated."""
     return struct.pack("=IIII", clock // 10**9, clock % 10**9, len(frame), length or len(frame)) + frame
 
 
@@ -41,13 +41,13 @@ def to_host(message):
 
 
 def conversation():
-    """Its records."""
+    """Return the records of the conversation."""
     return [record(entry.clock, (to_device if entry.to_device else to_host)(entry.message)) for entry in MESSAGES]
 
 
 @pytest.fixture
 def read(tmp_path):
-    """Writes a capture, and reads it."""
+    """Return a function that writes a capture and reads it."""
     def write_and_read(data):
         path = tmp_path / "wire.pcap"
         path.write_bytes(data)
@@ -57,7 +57,7 @@ def read(tmp_path):
 
 
 def test_messages_with_clock_and_direction(read):
-    """Those of a second and more too."""
+    """Clocks are correct, also from a second on."""
     assert read(HEADER + b"".join(conversation())) == MESSAGES
 
 
@@ -66,7 +66,7 @@ def test_nothing_captured(read):
 
 
 def test_last_record_cut_off(read):
-    """The simulator was killed while it wrote: at every byte of the last record, those before it are read."""
+    """A simulator killed while writing: cut at any byte of the last record, the others are read."""
     *before, last = conversation()
     start         = HEADER + b"".join(before)
     for length in range(len(last)):
@@ -74,7 +74,7 @@ def test_last_record_cut_off(read):
 
 
 def foreign_frames():
-    """By what is foreign about them."""
+    """Yield frames of other kinds, by kind."""
     message = HELLO.encode()
     broken  = message[:25] + bytes([message[25] ^ 1]) + message[26:]
     icmp    = ip_packet(PEER.address, DEVICE.address, udp_packet(PEER, DEVICE, message), protocol=1)
@@ -96,21 +96,21 @@ def foreign_frames():
 
 @pytest.mark.parametrize("name", foreign_frames())
 def test_foreign_frames_are_passed_over(read, name):
-    """What is no message does not hide those around it."""
+    """Other frames do not hide the messages around them."""
     foreign = record(200, foreign_frames()[name], 1094 if name == "not whole" else None)
     first, *others = conversation()
     assert read(HEADER + first + foreign + b"".join(others)) == MESSAGES
 
 
 def test_port_of_a_host(read):
-    """A host may have the device's port number itself."""
+    """A host may use the device's port number."""
     host  = HOST._replace(port=DEVICE.port)
     data  = record(1, datagram(host, DEVICE, HELLO.encode())) + record(2, datagram(DEVICE, host, REPLY.encode()))
     assert [entry.message for entry in read(HEADER + data)] == [HELLO, REPLY]
 
 
 def test_padding_is_no_part_of_a_message(read):
-    """What the UDP length says is, whatever follows it."""
+    """The length in the UDP header counts, not the padding after it."""
     assert [entry.message for entry in read(HEADER + record(1, to_device(BYE) + b"\x55"*9))] == [BYE]
 
 
@@ -118,13 +118,13 @@ def test_padding_is_no_part_of_a_message(read):
     b"",
     HEADER[:-1],
     bytes(len(HEADER)),
-    # Classic pcap with microseconds, the other byte order, pcapng: all of them are of somebody else.
+    # Classic pcap with microseconds, the other byte order, pcapng: all are written by other programs.
     struct.pack("=IHHiIII", 0xa1b2c3d4, 2, 4, 0, 0, 1514, 1),
     HEADER[3::-1] + HEADER[4:],
     struct.pack("=III", 0x0a0d0d0a, 28, 0x1a2b3c4d) + bytes(16),
     b"\x89PNG\r\n\x1a\n" + bytes(30),
 ])
 def test_no_capture(read, data):
-    """One clear line."""
+    """The error is one clear line."""
     with pytest.raises(ValueError, match=r"^\S+wire\.pcap is no capture of the simulated wire$"):
         read(data)

@@ -42,15 +42,15 @@ FRAMES = int(os.environ.get("LITESTEREO_FRAMES", "100"))
 
 SETTINGS = MatcherSettings(32, 7)
 
-#: Of a host that does not wait long, and of one that waits for the five simulated seconds after which a silent host
-#: loses the device; on a busy computer they take many of ours.
+#: Limits of an impatient host, and of one that waits for the five simulated seconds after which a silent host loses the
+#: device; on a busy computer that takes many real seconds.
 HASTY   = LinkSettings(hello_limit_s=1.0)
 PATIENT = LinkSettings(hello_limit_s=120.0)
 
 
 @pytest.fixture(scope="module")
 def device():
-    """A running system on integrated RAM."""
+    """Return a running system on integrated RAM."""
     with start_simulation() as simulation:
         yield simulation
 
@@ -61,7 +61,7 @@ def url(device):
 
 
 def grown(before, after):
-    """How much each counter has grown."""
+    """Return how much each counter has grown."""
     return {name: after[name] - before[name] for name in after}
 
 
@@ -71,7 +71,7 @@ def chunk_count(left):
 
 @pytest.mark.long
 def test_settings_and_sizes(url):
-    """Odd sizes, the smallest and the largest image, with the settings changed between frames."""
+    """Odd sizes, the smallest and the largest image match, with settings that change between frames."""
     rng = generator(60)
     with connect(url) as device:
         for width, height, disparities, block_size in [(20, 5, 16, 5), (81, 15, 64, 15), (33, 11, 16, 9),
@@ -81,7 +81,7 @@ def test_settings_and_sizes(url):
 
 @pytest.mark.long
 def test_every_setting(url):
-    """Each takes effect on the next frame, whatever the one before had."""
+    """Each setting applies to the next frame, after any previous one."""
     rng = generator(61)
     with connect(url) as device:
         for _ in range(12):
@@ -92,7 +92,7 @@ def test_every_setting(url):
 
 @pytest.mark.long
 def test_next_upload_overlaps_match(device, url):
-    """Chunks of the frames behind are taken while one is matched; without faults nothing is sent twice or dropped."""
+    """Chunks of later frames arrive while one is matched; without faults nothing is sent twice or dropped."""
     rng    = generator(62)
     pairs  = [textured_pair(320, 200, rng, shift) for shift in (3, 12, 20)]
     before = counters(device.port)
@@ -107,7 +107,7 @@ def test_next_upload_overlaps_match(device, url):
 
 
 def test_serial_line_meanwhile(device, url):
-    """The console is there for people while a host on the network holds the device, and a frame moves."""
+    """The console answers while a host on the network holds the device, and a frame is transferred."""
     pairs = [textured_pair(200, 100, generator(63), shift) for shift in (3, 9)]
     with connect(url) as host, pytest.raises(DeviceError, match="serial line"):
         host.console("info")
@@ -122,7 +122,7 @@ def test_serial_line_meanwhile(device, url):
 # Bad networks.
 
 def at_rest(port, before, name, expected):
-    """Counters, as growth, when nothing moves any more and that of this name is what is expected."""
+    """Return the growth of counters once they are stable and the named one has the expected value."""
     give_up_at = time.monotonic() + 20
     last       = None
     while True:
@@ -137,7 +137,7 @@ def at_rest(port, before, name, expected):
 
 @pytest.mark.long
 def test_bad_network(device):
-    """Datagrams are lost, doubled, delayed and changed, both ways: no frame is lost or swapped, each is counted."""
+    """With datagrams lost, doubled, delayed and changed both ways no frame is lost or swapped, and each is counted."""
     rng      = generator(64)
     pairs    = [textured_pair(64, 20, rng, 3 + index % 20) for index in range(FRAMES)]
     expected = [expected_map(*pair, SETTINGS) for pair in pairs]
@@ -153,7 +153,7 @@ def test_bad_network(device):
                          lambda: there.carried - there.lost + there.duplicated)
     for way in ways:
         assert min(way.lost, way.duplicated, way.reordered, way.flipped) > 0
-    # Each datagram is one of these, and none is two of them.
+    # Each datagram has exactly one of these outcomes.
     assert change["datagrams_received"] == sum(change[name] for name in (
         "messages_received", "header_errors", "crc_errors", "datagrams_malformed", "datagrams_overrun",
         "mailbox_overrun", "chunks_received", "chunks_repeated", "uploads_foreign", "uploads_unfit"))
@@ -171,7 +171,7 @@ def test_bad_network(device):
 
 @pytest.mark.long
 def test_large_frames_on_a_bad_network(device, url):
-    """Uploads of many batches, maps of many READs, with one frame matched while others move."""
+    """Uploads of many batches and maps of many READs work, with one frame matched while others are transferred."""
     rng   = generator(66)
     pairs = [textured_pair(320, 160, rng, shift) for shift in (3, 9, 15)]
     ways  = [Faults(0.05, 0.05, 0.1, 0.01, rng=byte_generator(67, way)) for way in (0, 1)]
@@ -183,7 +183,7 @@ def test_large_frames_on_a_bad_network(device, url):
 
 @pytest.mark.long
 def test_noise(device, url):
-    """Datagrams of any bytes and any length, right before hello and while a frame moves, harm nothing."""
+    """Datagrams of any bytes and length, just before the hello and while a frame is transferred, do no harm."""
     rng    = byte_generator(68)
     before = counters(device.port)
     pairs  = [textured_pair(200, 100, generator(68), shift) for shift in (3, 9)]
@@ -215,7 +215,7 @@ def error_text(error):
 
 @pytest.mark.long
 def test_second_host_waits(device, url):
-    """It is told that the device is in use, as is one at the serial line, and gets in after the first one's bye."""
+    """A second host is told that the device is in use, on either link, and is served after the first one's BYE."""
     pair = textured_pair(110, 60, generator(69))
     with contextlib.ExitStack() as first:
         host   = first.enter_context(connect(url))
@@ -253,7 +253,7 @@ except DeviceError as error:
 
 @contextlib.contextmanager
 def host_in_mid_upload(url):
-    """Another process, some of whose chunks have arrived."""
+    """Run a process that has uploaded some chunks of a frame."""
     with subprocess.Popen([sys.executable, "-c", HOST, url], stdout=subprocess.PIPE, text=True) as host:
         try:
             for line in host.stdout:
@@ -266,7 +266,7 @@ def host_in_mid_upload(url):
 
 @pytest.mark.long
 def test_host_killed_in_mid_upload(device, url):
-    """The next host gets its frame after five simulated seconds, and the counters tell of the slot taken back."""
+    """The next host gets its frame after five simulated seconds, and the counters show that the slot was reclaimed."""
     before = counters(device.port)
     with host_in_mid_upload(url) as host:
         host.send_signal(signal.SIGKILL)
@@ -280,7 +280,7 @@ def test_host_killed_in_mid_upload(device, url):
 
 @pytest.mark.long
 def test_host_asleep_in_mid_upload(device, url):
-    """Another host takes the device over; the one that wakes up says so, and its chunks go nowhere."""
+    """Another host takes the device over; the host that wakes up reports it, and its chunks are dropped."""
     before = counters(device.port)
     with host_in_mid_upload(url) as asleep:
         asleep.send_signal(signal.SIGSTOP)
@@ -298,7 +298,7 @@ def test_host_asleep_in_mid_upload(device, url):
 
 @pytest.mark.long
 def test_old_token(device, url):
-    """After another session neither requests nor chunks of the old one count, and one error tells its host."""
+    """After another session starts, requests and chunks of the old one have no effect, and one error tells its host."""
     pair = textured_pair(110, 60, generator(71))
     with connect(url) as old, contextlib.ExitStack() as new:
         old._link.call(MessageType.BYE)
@@ -311,7 +311,7 @@ def test_old_token(device, url):
         with pytest.raises(DeviceError, match="connection to the device is closed: connect again"):
             old.compute(*pair, SETTINGS)
         check_stream(host, [pair], SETTINGS)
-        # The token of the session there is, but from elsewhere.
+        # The token of the current session, but from another address.
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as stranger:
             chunk = Message(MessageType.UPLOAD, host._link.session, 1, 1, 0, bytes(CHUNK_BYTES)).encode()
             stranger.sendto(chunk, ("127.0.0.1", device.udp_port))
@@ -325,7 +325,7 @@ def test_old_token(device, url):
 
 @pytest.mark.long
 def test_device_restarts_in_mid_upload():
-    """The host of before is told, once, and soon; a new connection matches right. So with a device that is gone."""
+    """The previous host gets one error, soon; a new connection matches correctly. A device that is gone is the same."""
     pair    = textured_pair(320, 200, generator(72))
     running = [start_simulation()]
     port    = running[0].udp_port
@@ -358,7 +358,7 @@ def test_device_restarts_in_mid_upload():
 
 @pytest.mark.long
 def test_fast_wire():
-    """A wire twice as fast as the SoC, as that of a board is: nothing is dropped for want of time."""
+    """With a wire twice as fast as the SoC's clock, as on a board, nothing is dropped for lack of time."""
     rng = generator(73)
     with start_simulation(byte_clock_hz=2*SYS_CLK_HZ) as device:
         with connect(f"udp://127.0.0.1:{device.udp_port}") as host:
@@ -369,7 +369,7 @@ def test_fast_wire():
 
 
 def test_port_in_use(device):
-    """One clear line, from the function and from the command."""
+    """The error is one clear line, from the function and from the command."""
     with pytest.raises(SimulationError, match=f"^port {device.udp_port} is in use"):
         start_simulation(udp_port=device.udp_port)
     command = [sys.executable, "-m", "litestereo.sim.system.serve", "--port", "0", "--udp-port", str(device.udp_port)]

@@ -26,7 +26,7 @@ pytestmark = pytest.mark.system
 
 
 def test_hello_disparity():
-    """The wall is 12 pixels away, in sixteenths, and the line comes by the command of `make example`."""
+    """The wall is 12 pixels away, in sixteenths, and `make example` runs the same command."""
     command = [sys.executable, "-m", "litestereo.sim.system.example", "hello_disparity"]
     done    = subprocess.run(command, capture_output=True, text=True, check=True, timeout=600)
     (line,) = done.stdout.splitlines()
@@ -35,18 +35,18 @@ def test_hello_disparity():
     assert int(found[1]) < 1.2*128*64
 
 
-#: What obstacle.c says of its camera and of its scene.
+#: Camera and scene as in obstacle.c.
 FOCAL_PIXELS, BASELINE_MM, WALL, ALARM_MM, SECTORS = 200, 100, 5, 1200, 5
 
 
 def steps(disparity):
-    """Distances from one disparity step less to one more."""
+    """Return distances from one disparity step less to one more."""
     return FOCAL_PIXELS*BASELINE_MM/(disparity + 1), FOCAL_PIXELS*BASELINE_MM/(disparity - 1)
 
 
 @pytest.mark.long
 def test_obstacle():
-    """Each frame's obstacle is in its sector and at its distance, the wall is in the others, and the alarm is right."""
+    """Each obstacle is reported in its sector and at its distance, the wall in the others, and the alarm is correct."""
     with contextlib.closing(run_example("obstacle")) as lines:
         frames = list(itertools.islice(lines, 10))
     alarms = 0
@@ -61,13 +61,13 @@ def test_obstacle():
             assert least <= distance <= most, line
         assert (found[3] is not None) == (distances[sector] < ALARM_MM)
         alarms += found[3] is not None
-    # Some frames with, some without.
+    # Some frames raise the alarm, some do not.
     assert alarms == 4
 
 
 @pytest.mark.long
 def test_throughput():
-    """Frame upon frame costs little more than the matcher's own clocks, and the last map is right."""
+    """Consecutive frames cost little more than the matcher's clocks, and the last map is correct."""
     first, second = run_example("throughput")
     found = re.fullmatch(r"throughput: width=(\d+) height=(\d+) frames=(\d+) clocks_per_frame=(\d+) "
                          r"matcher_clocks=(\d+) crc32=0x([0-9a-f]{8})", first)
@@ -84,7 +84,7 @@ def test_throughput():
 
 @pytest.mark.long
 def test_recovery():
-    """A condition that does not hold, a program that hangs, and one that is deaf as well: each start says what was."""
+    """A failed condition, a hang, and a hang without the watchdog's interrupt: each start reports the cause."""
     program = (FIRMWARE_DIR / "examples" / "recovery.c").read_text().splitlines()
     ensured = 1 + next(index for index, line in enumerate(program) if "ENSURE(" in line)
     lines   = list(run_example("recovery"))
@@ -102,7 +102,7 @@ def test_recovery():
 
 
 def test_unknown_example():
-    """It is refused before anything is built."""
+    """An unknown example is refused before anything is built."""
     assert examples() == ["hello_disparity", "obstacle", "recovery", "throughput"]
     with pytest.raises(SimulationError, match="^unknown example 'core': choose one of hello_disparity, "):
         next(run_example("core"))

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""The system on SDRAM: alone in its file, so that no other simulator idles beside it, which takes a processor."""
+"""The system on SDRAM, alone in its file: another idle simulator would occupy a processor."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ pytestmark = pytest.mark.system
 
 @pytest.mark.long
 def test_sdram():
-    """LiteX's BIOS boots the firmware from flash; memory is LiteDRAM's model of the chip, the wire a board's."""
+    """LiteX's BIOS boots the firmware from flash; memory is LiteDRAM's model of the chip, the wire is a board's."""
     with start_simulation("sdram", byte_clock_hz=SYS_CLK_HZ*125//60) as simulation:
         check_serial_line(simulation)
         for mode in ("stored", "streamed"):
@@ -33,7 +33,7 @@ def test_sdram():
 
 
 def check_serial_line(simulation):
-    """Self test, clocks and a frame over the serial line."""
+    """Check self-test, clocks and a frame over the serial line."""
     with connect(f"tcp://127.0.0.1:{simulation.port}") as device:
         assert "selftest: passed" in device.console("selftest", 200)
         result = measure_frame(device, (640, 480, 64, 9, "all"))

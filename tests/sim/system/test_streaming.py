@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Streamed frames through SoC, firmware and host tools in litex_sim: past the memory, and never one lost or wrong."""
+"""Streamed frames through SoC, firmware and host tools in litex_sim: images are not stored, no map is lost."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ SETTINGS = MatcherSettings(32, 7)
 
 @pytest.fixture(scope="module")
 def device():
-    """A running system on integrated RAM."""
+    """Return a running system on integrated RAM."""
     with start_simulation() as simulation:
         yield simulation
 
@@ -51,7 +51,7 @@ def growth(device, before):
 
 @pytest.mark.long
 def test_frames_of_all_sizes_and_settings(device, url):
-    """No loss, so nothing is sent twice, and no map is read but what found no room."""
+    """Without loss, nothing is sent twice, and only parts that found no room are read."""
     rng    = generator(80)
     before = counters(device.port)
     chunks = 0
@@ -74,18 +74,18 @@ def test_frames_of_all_sizes_and_settings(device, url):
     assert change["frames_matched"] == change["frames_released"] == 2*4 + 8
 
 
-def test_streamed_and_stored_frames_in_turn(device, url):
-    """The matcher gets its pixels from the stream and from memory, and neither kind sees the other's."""
+def test_streamed_and_stored_frames_alternate(device, url):
+    """The matcher alternates between stream and memory, and the two kinds of frames do not mix."""
     rng = generator(81)
     with connect(url) as host:
-        for turn in range(6):
-            host.streamed = turn % 2 == 0
+        for number in range(6):
+            host.streamed = number % 2 == 0
             check(host, [textured_pair(120, 40, rng, shift) for shift in (3, 9, 15)], SETTINGS)
 
 
 @pytest.mark.long
 def test_bad_network(device, url):
-    """Loss, duplicates, disorder and flipped bits both ways: what is behind a loss goes once more."""
+    """With loss, duplicates, disorder and flipped bits both ways, what follows a loss is sent once more."""
     rng    = generator(82)
     pairs  = [textured_pair(64 + 8*(index % 5), 20 + index, rng, 3 + index) for index in range(20)]
     ways   = [Faults(0.05, 0.05, 0.1, 0.01, rng=byte_generator(83, way)) for way in (0, 1)]
@@ -101,7 +101,7 @@ def test_bad_network(device, url):
 
 @pytest.mark.long
 def test_stream_dropped_half_way(device, url):
-    """The frames under way are given up, the one that is being matched as well; the next ones are right."""
+    """All frames in flight are aborted, also the one being matched; the next ones are correct."""
     rng   = generator(84)
     pairs = [textured_pair(320, 200, rng, shift) for shift in (3, 9, 15)]
     with connect(f"{url}?mode=streamed") as host:

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""SoC, firmware and host tools together in litex_sim: few boots, and much checked in each."""
+"""SoC, firmware and host tools together in litex_sim: few boots, and many checks in each."""
 
 from __future__ import annotations
 
@@ -36,14 +36,14 @@ pytestmark = pytest.mark.system
 
 @pytest.fixture(scope="module")
 def simulation():
-    """A running system on integrated RAM."""
+    """Return a running system on integrated RAM."""
     with start_simulation() as simulation:
         yield simulation
 
 
 @pytest.fixture
 def port(simulation):
-    """Its UART."""
+    """Return the port of its UART."""
     return simulation.port
 
 
@@ -53,12 +53,12 @@ def url(port):
 
 
 def test_selftest_and_console(url):
-    """Accelerator against the CPU's own SAD, on the target."""
+    """The accelerator equals the CPU's SAD, on the target."""
     with connect(url) as device:
         assert "selftest: passed" in device.console("selftest", 200)
         info = device.console("info")
         assert "640" in info
-        # The deepest that the stack has been, the self test included, leaves half of it free.
+        # The deepest stack so far, with the self-test, is at most half of the room.
         used, size = map(int, re.search(r"stack: (\d+) of (\d+) bytes used", info).groups())
         assert 500 < used < size // 2
         assert "matcher_interrupts" in device.console("stats", 200)
@@ -67,7 +67,7 @@ def test_selftest_and_console(url):
 
 @pytest.mark.long
 def test_one_pixel_per_clock(url):
-    """640x480, 64 disparities, block 9, memory to memory, every stage on or none; the map's CRC-32 is the model's."""
+    """640x480, 64 disparities, block 9, memory to memory, with all stages or none; the map's CRC-32 is the model's."""
     with connect(url) as device:
         for stages in ("all", "sad"):
             result = measure_frame(device, (640, 480, 64, 9, stages))
@@ -79,7 +79,7 @@ def test_one_pixel_per_clock(url):
 
 @pytest.mark.long
 def test_next_upload_overlaps_match(url):
-    """Chunks of the second frame are taken while the first one is matched."""
+    """Chunks of the second frame arrive while the first one is matched."""
     rng   = generator(50)
     pairs = [textured_pair(320, 200, rng, shift) for shift in (3, 12)]
     with connect(url) as device:
@@ -92,7 +92,7 @@ def test_next_upload_overlaps_match(url):
 
 
 def test_settings_and_sizes(url):
-    """Odd sizes and the smallest image, with the settings changed between frames."""
+    """Odd sizes and the smallest image match, with settings that change between frames."""
     rng = generator(51)
     with connect(url) as device:
         for width, height, disparities, block_size in [(20, 5, 16, 5), (81, 15, 64, 15), (33, 11, 16, 9)]:
@@ -111,7 +111,7 @@ with connect(sys.argv[1]) as device:
 
 @pytest.mark.long
 def test_every_setting(url):
-    """Each takes effect on the next frame, whatever the one before had."""
+    """Each setting applies to the next frame, after any previous one."""
     rng = generator(56)
     with connect(url) as device:
         for _ in range(12):
@@ -122,7 +122,7 @@ def test_every_setting(url):
 
 @pytest.mark.long
 def test_host_killed_in_mid_upload(url):
-    """The next host gets its frame at once, and the counters tell of the slot taken back."""
+    """The next host gets its frame at once, and the counters show that the slot was reclaimed."""
     with subprocess.Popen([sys.executable, "-c", UPLOAD_FOREVER, url], stdout=subprocess.PIPE, text=True) as host:
         for line in host.stdout:
             if re.match(r"upload [1-9]", line):
@@ -135,7 +135,7 @@ def test_host_killed_in_mid_upload(url):
 
 @pytest.mark.long
 def test_garbage_before_hello(port, url):
-    """Noise on the line, half a frame included, harms nothing."""
+    """Noise on the line, with half a frame, does no harm."""
     rng = generator(52)
     for length in (1, 300, 3000):
         with socket.create_connection(("127.0.0.1", port)) as line:
@@ -163,7 +163,7 @@ def test_bad_line(port, url):
 
 @pytest.mark.parametrize("link", ["serial", "udp"])
 def test_a_real_pair(simulation, url, link):
-    """A part of a real pair over either link: every pixel is cv2.StereoBM's."""
+    """Every pixel of a part of a real pair is cv2.StereoBM's, over either link."""
     pair     = stereo_pair("motorcycle")
     settings = MatcherSettings(64, 9)
     left, right = (np.ascontiguousarray(image[200:240, :320]) for image in (pair.left, pair.right))
@@ -179,7 +179,7 @@ def test_a_real_pair(simulation, url, link):
     pytest.param("cones", 4, marks=pytest.mark.long),
 ])
 def test_opencv(simulation, name, count):
-    """Real pairs over Ethernet, matched, and back, every pixel is cv2.StereoBM's, at drawn settings."""
+    """Every pixel of real pairs over Ethernet is cv2.StereoBM's, at random settings."""
     pair = stereo_pair(name)
     rng  = generator(55, *name.encode())
     with connect(f"udp://127.0.0.1:{simulation.udp_port}") as device:
@@ -192,7 +192,7 @@ def test_opencv(simulation, name, count):
 
 @pytest.mark.long
 def test_reset(simulation, url):
-    """A reset in mid-session: the firmware says why it began anew, and both links work again."""
+    """After a reset in mid-session the firmware reports the cause, and both links work again."""
     with connect(url) as device:
         assert re.search(r"reset \d+ since power-up: requested", device.console("reset", 200))
         assert "matcher errors: 0 config, 0 bus, 0 aborted, 0 timeouts, 0 stuck" in device.console("stats", 200)
@@ -201,7 +201,7 @@ def test_reset(simulation, url):
 
 
 def test_port_in_use(port):
-    """One clear line, from the function and from the command."""
+    """The error is one clear line, from the function and from the command."""
     with pytest.raises(SimulationError, match=f"^port {port} is in use"):
         start_simulation(port=port)
     command = [sys.executable, "-m", "litestereo.sim.system.serve", "--port", str(port), "--udp-port", "0"]
@@ -211,14 +211,14 @@ def test_port_in_use(port):
 
 
 def test_unknown_memory():
-    """It is refused before anything is built."""
+    """An unknown memory is refused before anything is built."""
     with pytest.raises(SimulationError, match="unknown memory 'core'"):
         start_simulation("core")
 
 
 @pytest.mark.long
 def test_serve():
-    """`make sim`: says its URLs, works, and ends with Ctrl-C, taking its simulator along."""
+    """`make sim` prints its URLs, works, and ends with Ctrl-C, together with its simulator."""
     command = [sys.executable, "-m", "litestereo.sim.system.serve", "--port", "0", "--udp-port", "0"]
     with interruptible(command, stdout=subprocess.PIPE) as serve:
         urls = re.findall(r"\w+://127\.0\.0\.1:\d+", serve.stdout.readline())

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""The SoC's Ethernet and the network stack of the kernel, which nobody here wrote, over LiteX's own TAP module."""
+"""The SoC's Ethernet against an independent implementation, the kernel's network stack, over LiteX's own TAP module."""
 
 import json
 import sys
@@ -19,6 +19,6 @@ TAP_HOST = CHECKOUT / "tests" / "support" / "tap_host.py"
 @pytest.mark.long
 @pytest.mark.system
 def test_kernel_talks_to_the_soc():
-    """ARP, ping and a hello over UDP."""
+    """The kernel resolves the address, pings, and exchanges a hello over UDP."""
     seen = json.loads(run_in_namespace([sys.executable, TAP_HOST, "integrated-ram"], timeout_s=600).splitlines()[-1])
     assert seen == {"pings": [True, True, True], "hello": True, "hardware_address": "10:e2:d5:00:00:02"}

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Pages carry the key of what they were made from."""
+"""Pages carry the key of their sources."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def page(tmp_path, monkeypatch):
 
 
 def test_a_page_that_is_current(page):
-    """It is current until what it is made from changes."""
+    """A page is current until its sources change."""
     page(OLD).write("# Page\n\nText.\n")
     assert page(OLD).path.read_text() == f"# Page\n\nText.\n\n<!-- made from {OLD} by make things -->\n"
     assert page(OLD).stale() is None
@@ -31,20 +31,20 @@ def test_a_page_that_is_current(page):
 
 
 def test_a_page_without_a_mark(page):
-    """No page, or none of its mark, is stale."""
+    """A missing page, or one without its mark, is stale."""
     assert page(OLD).stale() == "page.md says nothing of what it was made from: run make things"
     page(OLD).path.write_text(f"# Page\n\n<!-- made from {OLD} by make others -->\n")
     assert page(OLD).stale() == "page.md says nothing of what it was made from: run make things"
 
 
 def test_a_mark_is_replaced_where_it_is(page):
-    """The marks of other targets stay."""
+    """Marks of other targets remain."""
     text = f"# Page\n\n<!-- made from {OLD} by make things -->\nFigures.\n<!-- made from {OLD} by make others -->\n"
     page(NEW).write(text)
     assert page(NEW).path.read_text() == text.replace(f"{OLD} by make things", f"{NEW} by make things")
 
 
 def test_two_marks_are_refused(page):
-    """Which of them holds is not guessed."""
+    """Two marks of one target are refused, because either may be valid."""
     with pytest.raises(ValueError, match=r"2 marks of make things: leave one"):
         page(NEW).write(f"<!-- made from {OLD} by make things -->\n"*2)

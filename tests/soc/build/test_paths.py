@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Content keys: what counts, and what does not."""
+"""What changes a content key, and what does not."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ int count(void) { return '"' + 1; }
     ("core.h",  C,      "/* A file. */\n", ""),
 ])
 def test_words_do_not_count(tmp_path, name, text, old, new):
-    """A comment or a docstring is another: the code is the same, the source is not."""
+    """A comment or docstring changes the source, but not its key."""
     assert old in text
     (tmp_path / name).write_text(text)
     before = code_key(tmp_path), source_key(tmp_path)
@@ -53,7 +53,7 @@ def test_words_do_not_count(tmp_path, name, text, old, new):
     ("data.txt", "1\n",  "1",             "2"),
 ])
 def test_code_counts(tmp_path, name, text, old, new):
-    """A number, a name, a literal, any byte of a file of another kind."""
+    """A number, a name, a literal, or any byte of a file of another kind changes the key."""
     (tmp_path / name).write_text(text)
     before = code_key(tmp_path)
     (tmp_path / name).write_text(text.replace(old, new))
@@ -61,7 +61,7 @@ def test_code_counts(tmp_path, name, text, old, new):
 
 
 def test_names_of_files_count(tmp_path):
-    """A file that moves is another; a file may be named by itself."""
+    """A moved file changes the key; a single file may be the root."""
     (tmp_path / "a.py").write_text(PYTHON)
     before = code_key(tmp_path)
     assert code_key(tmp_path / "a.py") == code_key(tmp_path / "a.py")

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Boards: every target up to Verilog and linked programs, what refuses a bad bitstream, and the command of a target."""
+"""Boards: every target up to Verilog and linked programs, the checks of a bitstream, and the command of a target."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ FLASH_BYTES = {"colorlight_i5": 2 << 20, "colorlight_i9": 8 << 20, "ulx3s": 16 <
 
 
 def built(board, achieved=61.0, key="key"):
-    """What `build` writes of a board whose only clock needs 60 MHz."""
+    """Return what `build` writes for a board whose only clock needs 60 MHz."""
     return {"board": board, "device": "a device", "key": key, "tools": ["a tool"], "commit": "a commit",
             "preset": json.loads(json.dumps(vars(soc_class(board).preset))),
             "flash": {"offset": 4096, "bytes": 1024, "images": 2},
@@ -39,7 +39,7 @@ def built(board, achieved=61.0, key="key"):
 
 
 def assert_pins_are_driven_once(verilog):
-    """A pin of both directions has no driver besides its tristate ones: an `always` would drive all of its bits."""
+    """Check that a bidirectional pin has only its tristate drivers: an `always` would drive all of its bits."""
     pins = re.findall(r"^\s*inout\s+wire\s+(?:\[\d+:0\]\s+)?(\w+)", verilog, re.MULTILINE)
     for pin in pins:
         assert not re.search(rf"\b{pin}(\[[\d:]+\])?\s*<=", verilog), pin
@@ -55,13 +55,13 @@ def test_sources(board, monkeypatch):
     assert_pins_are_driven_once(files["top.v"])
     assert made.firmware.stat().st_size < made.board["flash"]["bytes"]
     assert len(files["top_rom.init"].split())*4 >= made.boot.stat().st_size
-    # Nothing outside of the folder is read: the tools would not find it.
+    # No file outside the folder is read: the tools would not find it.
     assert "/" not in files["top.ys"].replace("//", "")
     assert "FREQUENCY PORT" in bitstream.constraints(made)
     assert "--timing-allow-fail" not in bitstream.options(made)
 
 
-#: What each vendor's tool reads: its script, and the board's pins and clocks.
+#: Inputs of each vendor's tool: its script, and the board's pins and clocks.
 VENDOR_FILES = {"tang_primer_20k": ("run.tcl", "top.cst"),
                 "arty":            ("top.tcl", "top.xdc"),
                 "atlys":           ("top.prj", "top.ucf")}
@@ -70,7 +70,7 @@ VENDOR_FILES = {"tang_primer_20k": ("run.tcl", "top.cst"),
 @pytest.mark.long
 @pytest.mark.parametrize("board", VENDOR_TOOLS)
 def test_vendor_sources(board, monkeypatch, tmp_path):
-    """What a vendor's tool gets is whole: its script names files beside it, and the ROM holds the boot program."""
+    """A vendor's tool has all its inputs: the script names files in the folder, and the ROM holds the boot program."""
     monkeypatch.setattr(vendor, "build_directory", lambda: tmp_path)
     monkeypatch.setattr(vendor, "tool_version", lambda name: name)
     made     = sources.sources(board)
@@ -90,24 +90,24 @@ def test_vendor_sources(board, monkeypatch, tmp_path):
     assert len(words)*4 <= made.board["rom"]
     assert (folder / "firmware.bin").read_bytes() == sources.flash_image(made.firmware.read_bytes())
     assert json.loads((folder / "report.json").read_text())["counts"]["lut"] == 1
-    # The bitstream is not there before the vendor's tool was.
+    # There is no bitstream until the vendor's tool has run.
     monkeypatch.setattr(loader, "build_directory", lambda: tmp_path)
     with pytest.raises(ToolError, match=f"{VENDOR_TOOLS[board]} makes it"):
         loader.bitstream(board)
 
 
 def test_clock_names():
-    """As the board's constraints have them."""
+    """Clocks have the names of the board's constraints."""
     assert [check.clock_name(net) for net in ("$glbnet$sys_clk", "$glbnet$eth_clocks_rx$TRELLIS_IO_IN")] == [
         "sys_clk", "eth_clocks_rx"]
 
 
 def test_boards_fit_the_flash():
-    """Images lie behind the bitstream and beside each other, the records behind them."""
+    """Images come after the bitstream and do not overlap; the records follow them."""
     for board in BOARDS:
         soc   = soc_class(board)
         first = soc.flash_offset + soc.flash_images*soc.flash_image_bytes
-        # The model of the flash has images and records alone, from address 0 on.
+        # The model of the flash holds only images and records, from address 0.
         size = flash_model_bytes(soc.flash_images*soc.flash_image_bytes + soc.flash_records_bytes)
         assert soc.flash_offset % size == 0 and size & (size - 1) == 0
         assert soc.flash_images >= 2
@@ -117,7 +117,7 @@ def test_boards_fit_the_flash():
 
 
 def test_records_fit_their_region():
-    """The firmware's numbers, of which the gateware has the sum alone."""
+    """The gateware's size of the records is the sum that the firmware's numbers give."""
     header = (FIRMWARE_DIR / "include/litestereo/records.h").read_text()
     kinds  = int(re.search(r"RECORD_KINDS = (\d+)", header)[1])
     copy   = int(re.search(r"RECORD_COPY_BYTES \((\d+) \* FLASH_SECTOR_BYTES\)", header)[1])*4096
@@ -125,13 +125,13 @@ def test_records_fit_their_region():
 
 
 def test_flash_image():
-    """Length and CRC-32 before the firmware, little-endian."""
+    """Length and CRC-32 precede the firmware, little-endian."""
     image = sources.flash_image(b"firmware")
     assert image == (8).to_bytes(4, "little") + zlib.crc32(b"firmware").to_bytes(4, "little") + b"firmware"
 
 
 def test_boot_program_that_is_too_large():
-    """Refused, with what to do."""
+    """The program is refused, with a remedy."""
     assert sources.rom_contents(b"\1\2\3\4\5", 8) == "04030201\n00000005\n"
     with pytest.raises(ToolError, match="enlarge rom_bytes"):
         sources.rom_contents(bytes(9), 8)
@@ -149,19 +149,19 @@ def test_check():
 
 
 def test_not_built(tmp_path):
-    """A board without a bitstream is named, with what to do."""
+    """A board without a bitstream is named, with a remedy."""
     with pytest.raises(ToolError, match="run make bitstream BOARD=ulx3s"):
         check.delivered("ulx3s", tmp_path)
 
 
 def test_document():
-    """Every board that is built has its sites and clocks in the document; one that is too slow is refused."""
+    """Every built board has its sites and clocks in the document; one that is too slow is refused."""
     text = boards.document({board: built(board) for board in OPEN_BOARDS}, {"arty": Resources(1, 2, 3, 4.5, 5)})
     assert "| [arty](boards/arty.md) | Vivado | 1 of 20800 | 3 of 41600 | 4.5 of 50 | 5 of 90 |" in text
     for board in OPEN_BOARDS:
         assert f"| {board} | `sys_clk` | 60.0 | 61.0 |" in text
     assert "passes, on that computer: none." in text
-    # The fastest first: 128 disparities at 75 MHz are between two of the others.
+    # The fastest first: 128 disparities at 75 MHz are between two others.
     order = [text.index(name) for name in ("Grabowski", "Vitis StereoBM, 15x15", "LiteStereo, ulx3s", "Wang", "OpenMV")]
     assert order == sorted(order)
     one = boards.document({"ulx3s": built("ulx3s")}, {})
@@ -171,7 +171,7 @@ def test_document():
 
 
 def test_changed_preset():
-    """What was built with other options than the preset's is told from it."""
+    """A bitstream that differs from the preset is reported as such."""
     other = built("ulx3s")
     assert check.changes(other, soc_class("ulx3s").preset) == {}
     other["preset"]["disparities"] = 16
@@ -180,7 +180,7 @@ def test_changed_preset():
 
 @pytest.mark.parametrize("board", BOARDS)
 def test_target(board, monkeypatch, capsys):
-    """A target's options change its preset; without an action it shows them."""
+    """A target's options change its preset; without an action it prints them."""
     calls = []
     monkeypatch.setattr(target, "build", lambda *arguments: calls.append(arguments))
     monkeypatch.setattr(target, "flash", lambda *arguments: calls.append(arguments))
@@ -199,13 +199,13 @@ def test_target(board, monkeypatch, capsys):
     ("ecpix5", {"matcher_hz": 100000000, "streaming": True},  "streamed frames go with the system's clock"),
 ])
 def test_clock_of_the_matcher(board, changes, reason):
-    """A preset that no board has, or that cannot be, is refused with what to leave out."""
+    """A preset that is impossible on the board is refused, with what to omit."""
     with pytest.raises(ValueError, match=f"{reason}.*leave out"):
         soc_class(board)(replace(soc_class(board).preset, **changes))
 
 
 def test_target_that_fails(monkeypatch, capsys):
-    """One line, and a status that is not zero."""
+    """The error is one line, with an exit status that is not zero."""
     def fail(*arguments):
         raise ToolError("what is wrong")
     monkeypatch.setattr(target, "build", fail)
@@ -214,14 +214,14 @@ def test_target_that_fails(monkeypatch, capsys):
 
 
 def program(folder, text):
-    """A shell script named openFPGALoader in `folder`."""
+    """Write a shell script named openFPGALoader into `folder`."""
     path = folder / "openFPGALoader"
     path.write_text(f"#!/bin/sh\n{text}\n")
     path.chmod(0o755)
 
 
 def test_flash(tmp_path, monkeypatch):
-    """The bitstream goes to the start of the flash, each image to its place; the board is the one that was named."""
+    """The bitstream goes to the start of the flash, each image to its place, on the named board."""
     monkeypatch.setattr(loader, "build_directory", lambda: tmp_path)
     monkeypatch.setenv("PATH", str(tmp_path))
     calls = tmp_path / "calls"
@@ -244,13 +244,13 @@ def test_flash(tmp_path, monkeypatch):
 
 
 def test_loader_without_the_board():
-    """What openFPGALoader does not know is said before it is asked."""
+    """A board that openFPGALoader does not know is refused before the loader is called."""
     with pytest.raises(ToolError, match="does not know the atlys: docs/boards/atlys.md"):
         loader.run_loader("atlys")
 
 
 def test_check_of_a_vendors_board(monkeypatch, capsys):
-    """Whose tool checks the clocks is said."""
+    """The check names the vendor's tool, which checks the clocks."""
     monkeypatch.setattr("sys.argv", ["check", "arty"])
     assert check.main() == 1
     assert "arty: its bitstream is made, and checked, by Vivado" in capsys.readouterr().err
@@ -259,7 +259,7 @@ def test_check_of_a_vendors_board(monkeypatch, capsys):
 @pytest.mark.skipif(shutil.which("openFPGALoader") is None, reason="needs openFPGALoader: .ci/install fpga")
 @pytest.mark.parametrize("board", OPEN_BOARDS)
 def test_no_board(board, tmp_path, monkeypatch, capfd):
-    """The real openFPGALoader knows the board's name and its probe: what it misses is the device."""
+    """The real openFPGALoader knows the board's name and its probe: it fails only for lack of a device."""
     monkeypatch.setattr(loader, "build_directory", lambda: tmp_path)
     (tmp_path / board).mkdir()
     (tmp_path / board / "report.json").write_text(json.dumps(built(board)))

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""What Yosys and nextpnr are told of the design: memories whose words never collide, carries that nothing reads."""
+"""Hints for Yosys and nextpnr: memories whose ports never collide, and carries that nothing reads."""
 
 import json
 
@@ -28,7 +28,7 @@ end
 
 @pytest.mark.parametrize("name", ["storage", "storage_12", "column_sums_3"])
 def test_memories_without_collisions(name):
-    """Yosys is told, and a simulation gets garbage at the port that reads alone."""
+    """Yosys gets the hint, and in simulation a collision corrupts the word at the read port."""
     verilog = MEMORY.format(name=name)
     assert without_collision_logic(verilog).startswith(f"(* no_rw_check *) reg [7:0] {name}[0:15];\n")
     garbage = with_garbage(verilog)
@@ -38,19 +38,19 @@ def test_memories_without_collisions(name):
 
 @pytest.mark.parametrize("name", ["votes_even", "storages", "arrived_chunks"])
 def test_other_memories(name):
-    """They are left as they are."""
+    """Other memories are unchanged."""
     verilog = MEMORY.format(name=name)
     assert without_collision_logic(verilog) == with_garbage(verilog) == verilog
 
 
 def test_memory_of_another_form():
-    """A memory whose ports are not understood is an error, not a simulation that shows nothing."""
+    """A memory of unknown form is an error: a simulation of it would show nothing."""
     with pytest.raises(ValueError, match="no port that writes storage whole words"):
         with_garbage(MEMORY.format(name="storage").replace("storage[write_adr] <=", "storage[write_adr][3:0] <="))
 
 
 def test_open_carries(tmp_path):
-    """Only the carry at the end of a chain that nothing reads loses its net."""
+    """Only the unread carry at the end of a chain loses its net."""
     directions = {"CIN": "input", "COUT": "output"}
     cells = {name: {"type": "CCU2C", "port_directions": directions, "connections": {"CIN": [low], "COUT": [high]}}
              for name, low, high in [("first", 2, 3), ("last", 3, 4), ("read", 5, 6), ("pin", 7, 8)]}
@@ -58,6 +58,6 @@ def test_open_carries(tmp_path):
     path = tmp_path / "top.json"
     path.write_text(json.dumps({"modules": {"top": {"ports": {"out": {"bits": [8]}}, "cells": cells}}}))
     without_open_carries(path)
-    left = json.loads(path.read_text())["modules"]["top"]["cells"]
-    assert {name: left[name]["connections"]["COUT"] for name in ("first", "last", "read", "pin")} == {
+    after = json.loads(path.read_text())["modules"]["top"]["cells"]
+    assert {name: after[name]["connections"]["COUT"] for name in ("first", "last", "read", "pin")} == {
         "first": [3], "last": ["x"], "read": [6], "pin": [8]}

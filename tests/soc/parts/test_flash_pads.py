@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""A flash's pins in the emitted Verilog: which is which, and that those of the wider modes are held high."""
+"""A flash's pins in the emitted Verilog: their order, and that the pins of the wider modes are held high."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from litestereo.soc.parts.flash_pads import FlashPads
 
 
 class Top(LiteXModule):
-    """A flash as `BoardSoC.add_flash` has it."""
+    """A flash as `BoardSoC.add_flash` connects it."""
     def __init__(self, pads):
         self.cd_sys = ClockDomain("sys")
         self.pads   = FlashPads(pads)
@@ -33,12 +33,12 @@ def emitted(*layout):
 
 
 def reads(lines):
-    """What the flash's answer is taken from."""
+    """Return the pin that the flash's answer is read from."""
     return [line.split(" = ")[1].rstrip(";") for line in lines if re.match(r"assign flash_miso\d* = ", line)]
 
 
 def test_four_data_pins():
-    """dq[0] goes to the flash, dq[1] comes from it; dq[2] would protect it and dq[3] hold it, if low."""
+    """dq[0] goes to the flash, dq[1] comes from it; dq[2] and dq[3] would protect and hold it, if low."""
     lines = emitted(("dq", 4))
     assert any(line.startswith("inout wire [3:0] flash_dq") for line in lines)
     driven = [line for line in lines if line.startswith(("assign flash_dq", "flash_dq"))]
@@ -48,7 +48,7 @@ def test_four_data_pins():
 
 
 def test_named_pins():
-    """As they are named; `wp` and `hold` are driven where the board has them."""
+    """Pins have their names; `wp` and `hold` are driven where the board has them."""
     lines = emitted(("mosi", 1), ("miso", 1), ("wp", 1), ("hold", 1))
     assert {"assign flash_wp = 1'd1;", "assign flash_hold = 1'd1;"} <= set(lines)
     assert reads(lines) == ["flash_miso"]

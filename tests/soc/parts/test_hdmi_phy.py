@@ -14,12 +14,12 @@ from litestereo.soc.parts.hdmi_phy import HDMIChannel
 from support.pairs import generator
 from support.screen import PADS
 
-#: Coded controls, the bit that goes first lowest, by their number.
+#: Coded controls, by their number; the bit sent first is the lowest.
 TOKENS = [0b1101010100, 0b0010101011, 0b0101010100, 0b1010101011]
 
 
 class Bench(LiteXModule):
-    """A channel whose bits have the system's clock; that of the pixels is made by the model of a PHY."""
+    """A channel whose bits have the system's clock; the pixel clock comes from a model of a PHY."""
     def __init__(self):
         self.pads      = Record(PADS)
         self.clocking  = VideoPHYModel(self.pads, "hdmi", 5)
@@ -32,7 +32,7 @@ class Bench(LiteXModule):
 
 
 def sent(symbols):
-    """Bits that leave while controls ("c", 0 to 3) and pixels ("d", 0 to 255) are shown."""
+    """Return the bits sent while controls ("c", 0 to 3) and pixels ("d", 0 to 255) are shown."""
     bench   = Bench()
     encoder = bench.channel.encoder
     core    = PinCore(bench, {"de": encoder.de, "c": encoder.c, "d": encoder.d},
@@ -47,7 +47,7 @@ def sent(symbols):
 
 
 def decoded(word):
-    """What ten bits stand for."""
+    """Return the meaning of ten bits."""
     if word in TOKENS:
         return "c", TOKENS.index(word)
     bits = word & 0xff ^ (0xff if word & 0x200 else 0)
@@ -55,13 +55,13 @@ def decoded(word):
 
 
 def words_of(bits):
-    """The words that begin with the first bit: a list of ints."""
+    """Return the words that start at the first bit, as a list of ints."""
     begins = range(0, len(bits) - 9, 10)
     return [sum(bit << place for place, bit in enumerate(bits[begin:begin + 10])) for begin in begins]
 
 
 def test_each_symbol_arrives():
-    """Every pixel's value and every control, in order, for as long as it goes on; ones and zeros in balance."""
+    """Every pixel value and every control arrives, in order, without end; ones and zeros are balanced."""
     rng     = generator(95)
     symbols = [("c", 0)]*40
     for row in [range(256), rng.integers(0, 256, 300).tolist(), [0]*50, [255]*50, [16, 239]*50]:
@@ -71,7 +71,7 @@ def test_each_symbol_arrives():
     assert len(starts) == 1
     words   = words_of(bits[starts[0]:])
     came    = [decoded(word) for word in words]
-    # What comes first is nothing yet.
+    # The first words mean nothing yet.
     latency = came.index(("d", 0), 20) - 40
     assert 0 < latency < 10
     assert came[40 + latency:len(symbols) + latency] == symbols[40:]

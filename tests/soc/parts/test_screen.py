@@ -3,8 +3,8 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""The boards' frame buffer, from memory to the pins of the simulated PHY: a small screen that shows a drawn map, pixel
-by pixel, from a memory that is as slow as a busy one."""
+"""The boards' frame buffer, from memory to the pins of the simulated PHY: a small screen shows a drawn map, pixel by
+pixel, from a memory that is as slow as a busy one."""
 
 import numpy as np
 import pytest
@@ -30,13 +30,13 @@ PICTURE_CLOCKS   = (WIDTH + 20)*(HEIGHT + 5)
 
 @pytest.fixture(scope="module")
 def programs():
-    """Directory of the firmware's test programs, compiled for this computer."""
+    """Return the folder of the firmware's test programs, compiled for this computer."""
     return build_tests()
 
 
 class Chain(LiteXModule):
-    """What BoardSoC.add_screen puts together, at a port of the memory, beside that of another who always wants to read;
-    the registers are Signals here."""
+    """The parts of BoardSoC.add_screen at a port of the memory, next to another master that always wants to read; the
+    registers are Signals here."""
     def __init__(self):
         port  = LiteDRAMNativePort("read", address_width=20, data_width=16)
         other = LiteDRAMNativePort("read", address_width=20, data_width=16)
@@ -56,14 +56,14 @@ class Chain(LiteXModule):
 
 
 class Screen:
-    """The chain in Verilator, with a memory in Python that serves the other one first, and a monitor at its pins.
+    """The chain in Verilator, with a memory in Python that serves the other master first, and a monitor at its pins.
 
     Parameters
     ----------
     pictures
         Pictures in memory by their addresses in bytes, uint8.
     away
-        Clocks for which the memory serves nobody after each `burst` of words, as when it refreshes itself or writes.
+        Clocks without any access after each `burst` of words, as when a memory refreshes itself or writes.
     """
     def __init__(self, pictures, away, burst=64):
         chain     = Chain()
@@ -82,7 +82,7 @@ class Screen:
         self.core.set(base=0, enable=0, cmd_ready=0, rdata_valid=0)
 
     def clock(self):
-        """A clock of the system; returns what a monitor takes, if it is one of the pixels' as well."""
+        """Run a clock of the system; return what a monitor receives, if it is a pixel clock too."""
         core = self.core
         data = self.coming.pop(0)[1] if self.coming and self.coming[0][0] <= self.time else None
         core.set(rdata_valid=data is not None, rdata=data or 0)
@@ -101,7 +101,7 @@ class Screen:
         return {name: core.get(name) for name, _ in PADS} if clk and not before else None
 
     def picture(self, limit=3*PICTURE_CLOCKS):
-        """The next whole picture, a list for each row, and its clocks from one vertical sync to the next."""
+        """Return the next whole picture, a list for each row, and its clocks between two vertical syncs."""
         syncs, was_vsync, was_de, rows, clocks = 0, 1, 0, [], 0
         for _ in range(CLOCKS_PER_PIXEL*limit):
             pins = self.clock()
@@ -123,7 +123,7 @@ class Screen:
 
 @pytest.mark.parametrize("away", [0, 100])
 def test_shows_the_map(programs, away):
-    """The map, each pixel, in every picture but the first, and the other map once its place is told."""
+    """Every picture but the first shows each pixel of the map, and the other map once its address is set."""
     rng      = generator(91)
     maps     = [(rng.integers(-1, 128, (9, 50))*16).astype(np.int16) for _ in range(2)]
     size     = (WIDTH, HEIGHT)
@@ -137,16 +137,16 @@ def test_shows_the_map(programs, away):
         for _ in range(2):
             begin = screen.time
             rows, clocks = screen.picture()
-            # The picture itself, and the one on whose end it was waited for.
+            # The picture itself, and the one whose end was awaited.
             assert screen.time - begin == 2*PICTURE_CLOCKS*CLOCKS_PER_PIXEL
             assert rows == expected_picture(one, 128, size=size).tolist()
             assert clocks == PICTURE_CLOCKS
-    # A word of two pixels is six clocks, of which it takes one; two thirds are the other's even if the memory is away.
+    # A word of two pixels takes six clocks, of which it uses one; the other master gets two thirds even with pauses.
     assert screen.others > screen.time*2//3
 
 
 def test_a_memory_that_is_too_slow(programs):
-    """What the test above would see: a picture that waits for its pixels is not shown in time."""
+    """The test above would notice: with a memory too slow, no picture is shown in time."""
     screen = Screen({0x1000: drawn_picture(programs, np.full((9, 50), 99, np.int16), 128, size=(WIDTH, HEIGHT))}, 2000)
     screen.core.set(base=0x1000, enable=1)
     rows, clocks = screen.picture(30*PICTURE_CLOCKS)

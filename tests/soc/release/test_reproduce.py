@@ -3,9 +3,9 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""The firmware is the same, bit for bit, wherever and whenever it is built, and of libraries that are accounted for.
+"""The firmware is the same, bit for bit, in any folder and at any time, and its libraries are accounted for.
 
-Built twice here by the same LiteX libraries; `make reproduce` builds those twice as well.
+The two builds here share LiteX's libraries; `make reproduce` builds those twice too.
 """
 
 import re
@@ -27,7 +27,7 @@ def soc():
 
 
 def sums(soc, folder, change=None):
-    """Checksums of firmware built of copies of its sources, in two folders; `change` alters a copy first."""
+    """Return checksums of firmware built from copies of its sources, in two folders; `change` alters a copy first."""
     found = []
     for place, environment in BUILDS:
         sources = folder / place / "sources"
@@ -41,12 +41,12 @@ def sums(soc, folder, change=None):
 
 @pytest.mark.long
 def test_same(soc, tmp_path):
-    """Both are the firmware that the checkout gives."""
+    """Both equal the firmware of the checkout."""
     assert set(sums(soc, tmp_path)) == {sha256(build_firmware(soc))}
 
 
 def replace(name, old, new):
-    """A change of a source file."""
+    """Return a change of a source file."""
     def change(sources):
         text = (sources / name).read_text()
         assert old in text
@@ -60,14 +60,14 @@ def replace(name, old, new):
 ], ids=["path", "date"])
 @pytest.mark.long
 def test_different(soc, tmp_path, change):
-    """A path or a date in the firmware does not go unnoticed."""
+    """A path or a date in the firmware is noticed."""
     first, second = sums(soc, tmp_path, change)
     assert first != second
 
 
 @pytest.mark.long
 def test_libraries(soc):
-    """What the linker took is from libraries of the bill of materials; libgcc is not among them."""
+    """The linked libraries are those of the bill of materials; libgcc is not among them."""
     linked = set(re.findall(r"(lib\w+)\.a\(", (build_firmware(soc).parent / "litestereo.elf.map").read_text()))
     assert linked - {"liblitestereo"} <= set(LIBRARIES)
     assert {"libbase", "libc", "libcompiler_rt"} <= linked

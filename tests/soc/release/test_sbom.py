@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""The bill of materials is of this tree, valid, and complete."""
+"""The bill of materials is current, valid, and complete."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from support.paths import CHECKOUT
 
 DOCS = CHECKOUT / "docs"
 
-#: Prints the packages of LiteX's family that are loaded once the SoCs are there: one with SDRAM, one with DDR3.
+#: Prints the packages of LiteX's family that two SoCs load: one with SDRAM, one with DDR3.
 LOADED = """
 import sys
 from litestereo.soc.boards import soc_class
@@ -36,19 +36,19 @@ print(*{name.split(".")[0] for name in sys.modules if name.startswith(("lite", "
 
 
 def bill():
-    """The bill in docs/."""
+    """Return the bill in docs/."""
     return json.loads((DOCS / "sbom.cdx.json").read_text())
 
 
 @pytest.mark.skipif(sys.version_info[:2] != (3, 11), reason="docs/ has what Python 3.11 needs")
 def test_current():
-    """What `make sbom` writes is what is in docs/."""
+    """`make sbom` writes exactly the files in docs/."""
     for name, text in command.documents().items():
         assert (DOCS / name).read_text() == text, f"docs/{name} is stale: run make sbom"
 
 
 def test_valid():
-    """The bill is valid by the schema of CycloneDX; without a name or with a licence that is none, it is not."""
+    """The bill is valid by the schema of CycloneDX; without a name, or with an unknown licence, it is not."""
     validator = JsonStrictValidator(SchemaVersion.V1_6)
     assert validator.validate_str(json.dumps(bill())) is None
     nameless = bill()
@@ -60,7 +60,7 @@ def test_valid():
 
 
 def test_components():
-    """Each has a licence, a version that is installed, a purl, and a product."""
+    """Each component has a licence, an installed version, a purl, and a product."""
     for one in bill()["components"]:
         (choice,) = one["licenses"]
         assert licences.is_spdx(choice.get("expression") or choice["license"]["id"]), one["name"]
@@ -70,7 +70,7 @@ def test_components():
 
 
 def test_every_dependency():
-    """Each of the project's dependencies is in the bill, or named as being in no product."""
+    """Each of the project's dependencies is in the bill, or listed as part of no product."""
     listed = {one["name"] for one in bill()["components"]}
     names  = {Requirement(line).name for line in distribution("litestereo").requires
               if "extra ==" not in line or re.search("extra == .(gateware|view|ros|cluster|plots)", line)}
@@ -79,7 +79,7 @@ def test_every_dependency():
 
 
 def test_read_licences():
-    """A licence that was read in files: they are there, and the package is in the bill."""
+    """Licences that were read in files: the files exist, and the package is in the bill."""
     listed = {one["name"] for one in bill()["components"]}
     for name, (expression, *read) in licences.READ.items():
         assert name in listed and licences.is_spdx(expression)
@@ -88,7 +88,7 @@ def test_read_licences():
 
 
 def test_no_licence():
-    """A package whose metadata do not say it is refused, with what to do."""
+    """A package whose metadata have no licence is refused, with a remedy."""
     with pytest.raises(ValueError, match="READ in soc/release/sbom/licences.py"):
         licences.licence(distribution("litespi"), "litespi")
 

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""The register map of the documentation is that of the gateware."""
+"""The register map in the documentation is the gateware's."""
 
 import re
 
@@ -14,13 +14,13 @@ from litestereo.soc.reports.registers import DOCUMENT, PERIPHERALS, main
 
 
 def test_documents_are_up_to_date():
-    """If this fails, gateware has changed: run `python -m litestereo.soc.reports.registers`."""
+    """If this fails, the gateware has changed: run `python -m litestereo.soc.reports.registers`."""
     assert main(["--check"]) == 0
 
 
 @pytest.mark.parametrize("document", PERIPHERALS, ids=lambda document: document.stem)
 def test_offsets_are_those_of_litex(document):
-    """The bank that LiteX builds has the same registers, a word each, in the same order."""
+    """LiteX's bank has the same registers, one word each, in the same order."""
     words      = CSRBank(PERIPHERALS[document]().get_csrs(sort=True), bus=Interface(data_width=32)).simple_csrs
     documented = re.findall(r"^\| `(0x\w+)` \| \W*`(\w+)`", document.read_text(), re.MULTILINE)
     assert [(int(offset, 16), name) for offset, name in documented] == [
@@ -33,7 +33,7 @@ def test_offsets_are_those_of_litex(document):
     ("| `start` | w, pulse |",       "| `start` | rw |"),
 ])
 def test_stale_document_is_told_in_one_line(tmp_path, capsys, old, new):
-    """The check writes nothing; without it the file is made right again, if it has its markers."""
+    """The check writes nothing; without it the file is updated, if it has its markers."""
     path  = tmp_path / "registers.md"
     stale = DOCUMENT.read_text().replace(old, new)
     path.write_text(stale)

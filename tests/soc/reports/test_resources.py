@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""The report of resources, as far as it needs no synthesis tool."""
+"""The report of resources, as far as it needs no synthesis."""
 
 import json
 
@@ -25,13 +25,13 @@ from litestereo.soc.reports.resources import BARE, built, feature_table, placeme
     ("Gowin", {"LUT4": 2, "ALU": 3, "DFFRE": 4, "SDPX9B": 2, "MULT18X18": 1}, Resources(5, 2, 4, 2, 1)),
 ])
 def test_counts(tmp_path, family, cells, expected):
-    """Primitives count as the sites that they take."""
+    """Primitives count as the sites that they occupy."""
     (tmp_path / "stat.json").write_text(json.dumps({"design": {"num_cells_by_type": cells}}))
     assert resources(tmp_path, family) == expected
 
 
 def test_rows():
-    """In all, and per disparity; and what does not fit."""
+    """The rows have totals, values per disparity, and what does not fit."""
     assert row(built(64, 9, BARE), Resources(640, 320, 1280, 32, 0)) == [
         64, 9, "bare", 640, 320, 1280, "32", 0, 10, 5, 20, "0.50"]
     less = {"xsobel": Resources(60, 30, 40, 2, 1)}
@@ -43,13 +43,13 @@ def test_rows():
 
 
 def test_emitted_twice_it_is_the_same():
-    """So that nothing is synthesized twice."""
+    """The Verilog is the same each time, so that nothing is synthesized twice."""
     parameters = MatcherParameters(64, disparities=16, max_block_size=5, features=BARE)
     assert emit(parameters) == emit(parameters)
 
 
 def test_version_of_a_tool(tmp_path, monkeypatch):
-    """It is the same at the first run, when a WebAssembly build says that it is being prepared."""
+    """The version is the same at the first run, when a WebAssembly build prints that it is being prepared."""
     monkeypatch.setattr(synthesis.sys, "prefix", str(tmp_path))
     (tmp_path / "bin").mkdir()
     program = tmp_path / "bin" / "a-tool"
@@ -60,6 +60,6 @@ def test_version_of_a_tool(tmp_path, monkeypatch):
 
 
 def test_missing_tool():
-    """Its name, and what to do."""
+    """The error has the tool's name, and a remedy."""
     with pytest.raises(ToolError, match="no-such-tool is not installed: run"):
         tool("no-such-tool")

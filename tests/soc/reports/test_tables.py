@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""The tables of settings and features, and what is generated from them."""
+"""The tables of settings and features, and the files generated from them."""
 
 import ast
 import sys
@@ -20,13 +20,13 @@ NAMES = {one.name for one in FEATURE_TABLE}
 
 
 def test_nothing_is_stale(monkeypatch, capsys):
-    """What is checked in is what the tables say."""
+    """The committed files match the tables."""
     monkeypatch.setattr(sys, "argv", ["tables", "--check"])
     assert tables.main() == 0, capsys.readouterr().err
 
 
 def test_a_stale_file_is_named(monkeypatch, capsys):
-    """With the command that makes it anew."""
+    """A stale file is named with the command that generates it."""
     changed = {path: text + " " for path, text in tables.generated().items()}
     monkeypatch.setattr(tables, "generated", lambda: changed)
     monkeypatch.setattr(sys, "argv", ["tables", "--check"])
@@ -37,7 +37,7 @@ def test_a_stale_file_is_named(monkeypatch, capsys):
 
 
 def test_files_are_written(monkeypatch, tmp_path):
-    """Without an option."""
+    """Without an option the files are written."""
     monkeypatch.setattr(tables, "generated", lambda: {tmp_path / "one.py": "text\n"})
     monkeypatch.setattr(sys, "argv", ["tables"])
     assert tables.main() == 0
@@ -45,13 +45,13 @@ def test_files_are_written(monkeypatch, tmp_path):
 
 
 def test_a_document_without_markers_is_refused():
-    """Nothing is written anywhere else."""
+    """A document without markers is refused: there is no other place to write to."""
     with pytest.raises(ValueError, match="no lines <!-- generated parameters: begin -->"):
         tables.protocol("# Protocol\n")
 
 
 def test_numbers_have_no_gaps():
-    """Of parameters, bits and capabilities; and the names are told apart."""
+    """Parameters, bits and capabilities have no gaps, and their names are unique."""
     assert [one.number for one in SETTINGS] == list(range(1, len(SETTINGS) + 1))
     assert [one.bit for one in FEATURE_TABLE] == list(range(len(FEATURE_TABLE)))
     assert [one.number for one in CAPABILITY_TABLE] == list(range(1, len(CAPABILITY_TABLE) + 1))
@@ -62,7 +62,7 @@ def test_numbers_have_no_gaps():
 
 @pytest.mark.parametrize("one", SETTINGS, ids=lambda one: one.name)
 def test_a_row_is_sound(one):
-    """Default and off value are legal, fit the register, and the features are known."""
+    """Default and off value are legal and fit the register, and the features exist."""
     assert one.least <= one.default <= one.most
     assert (one.default - one.least) % one.step == 0
     assert one.off is None or one.least <= one.off <= one.most
@@ -79,13 +79,13 @@ def test_a_row_is_sound(one):
 
 
 def test_bits_of_options_are_told_apart():
-    """Each has a different one, those that are no settings too."""
+    """Each option has a different bit, also those that are no settings."""
     bits = [one.option_bit for one in SETTINGS if one.option] + [one.bit for one in FRAME_OPTIONS]
     assert sorted(bits) == list(range(len(bits)))
 
 
 def test_host_tools_have_the_defaults():
-    """By the names of the table."""
+    """The host tools have the defaults of the table, by its names."""
     assert {name: getattr(MatcherSettings(), name) for name in ("disparities", "block_size", "prefilter", "median")} \
         == {"disparities": 64, "block_size": 9, "prefilter": "xsobel", "median": False}
     assert list(MatcherSettings().parameters.values()) == [one.default for one in SETTINGS]
@@ -93,7 +93,7 @@ def test_host_tools_have_the_defaults():
 
 @pytest.mark.parametrize("module", [features, settings])
 def test_the_tables_are_plain_python(module):
-    """No migen: other tools may read them."""
+    """The tables do not import migen: other tools may read them."""
     with open(module.__file__, encoding="utf-8") as source:
         tree = ast.parse(source.read())
     imported = {node.module for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)}
