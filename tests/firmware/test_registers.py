@@ -19,7 +19,7 @@ from support.paths import CHECKOUT
 
 FIRMWARE  = CHECKOUT / "firmware"
 STUB      = (FIRMWARE / "tests" / "stubs" / "generated" / "csr.h").read_text()
-STAND_INS = (FIRMWARE / "drivers" / "registers.h").read_text()
+SUBSTITUTES = (FIRMWARE / "drivers" / "registers.h").read_text()
 
 #: Peripherals by their names in the SoC; the screen is LiteX's, and the driver uses none of its fields.
 PERIPHERALS = {
@@ -63,14 +63,14 @@ def test_registers_of_the_stub():
     assert {name for name in functions if not name.startswith(("uart_", "video_"))} <= names
 
 
-def test_stand_ins():
+def test_substitutes():
     """The substitutes for missing hardware have registers and fields with the names of the real ones."""
     names, macros = registers()
-    functions = set(re.findall(r"^(?:READS|READS_AS|WRITES)\((\w+)", STAND_INS, re.MULTILINE))
+    functions = set(re.findall(r"^(?:READS|READS_AS|WRITES)\((\w+)", SUBSTITUTES, re.MULTILINE))
     assert len(functions) > 50
     assert {name for name in functions if not name.startswith("video_")} <= names
-    assert len(defined(STAND_INS)) > 20
-    assert set(defined(STAND_INS)) <= set(macros)
+    assert len(defined(SUBSTITUTES)) > 20
+    assert set(defined(SUBSTITUTES)) <= set(macros)
 
 
 def test_every_field_in_use_is_in_the_stub():

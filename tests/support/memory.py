@@ -126,7 +126,7 @@ class NativeSlave(Slave):
         self.put(rdata_valid=moves_read, wdata_ready=moves_write,
                  rdata_data=self.memory.read(self.reads.popleft()) if moves_read else 0)
         if moves_read:
-            assert self.get("rdata_ready"), "read data came and nobody took them"
+            assert self.get("rdata_ready"), "the master did not accept read data"
         if moves_write and self.get("wdata_valid"):
             assert self.get("wdata_we") == 2**self.memory.word_bytes - 1
             self.memory.write(self.writes.popleft(), self.get("wdata_data"))

@@ -3,9 +3,10 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""House rules of gateware and SoC that a program can judge, each on the source of one file.
+"""House rules that a program can judge, each on the source of one file.
 
-A rule takes the source and returns what breaks it, as (line, what is wrong).
+A rule takes the source and returns what breaks it, as (line, what is wrong). `RULES` are those of gateware and SoC,
+`banned_words` is for all files.
 """
 
 from __future__ import annotations
@@ -14,7 +15,8 @@ import ast
 import io
 import re
 import tokenize
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
+from pathlib import PurePath
 
 Problems = list[tuple[int, str]]
 Rule     = Callable[[str], Problems]
@@ -114,13 +116,22 @@ def constructor_length(source: str) -> Problems:
 
 def words(source: str) -> Problems:
     """Refuse banned words and turns in comments, strings and names."""
-    result = []
-    for number, text in _texts(source):
-        for pattern, instead in BANNED.items():
-            for found in re.finditer(rf"\b(?:{pattern})\b".replace(" ", r"\s+"), text, flags=re.IGNORECASE):
-                line = number + text[:found.start()].count("\n")
-                result.append((line, f"`{found.group(0)}`: {instead}"))
-    return result
+    return _banned(_texts(source))
+
+
+def banned_words(name: str, source: str) -> Problems:
+    """Refuse banned words and turns in a file of any kind, which its name tells.
+
+    Python, C and C++: comments, strings and names. Markdown: all but fences and code marks. Others: all.
+    """
+    suffix = PurePath(name).suffix
+    if suffix == ".py":
+        return _banned(_texts(source))
+    if suffix in (".c", ".h", ".cpp"):
+        return _banned(_c_texts(source))
+    if suffix == ".md":
+        return _banned([(1, _without_code(source))])
+    return _banned([(1, re.sub(r"(?m)^[ \t]*#+", "", source))])
 
 
 def import_order(source: str) -> Problems:
@@ -192,7 +203,7 @@ def _comments(source: str) -> Iterator[tuple[int, str]]:
 
 
 def _texts(source: str) -> Iterator[tuple[int, str]]:
-    """Comments, one for each block of them; strings; names, with spaces between their words."""
+    """Yield comments, one for each block of them; strings; names, with spaces between their words."""
     block: list[str] = []
     start = 0
     for token in tokenize.generate_tokens(io.StringIO(source).readline):
@@ -209,6 +220,52 @@ def _texts(source: str) -> Iterator[tuple[int, str]]:
     if block:
         yield start, "\n".join(block)
 
+
+def _banned(texts: Iterable[tuple[int, str]]) -> Problems:
+    result = []
+    for number, text in texts:
+        if not _ANY_BANNED.search(text):
+            continue
+        for pattern, instead in BANNED.items():
+            for found in _whole_words(pattern).finditer(text):
+                line = number + text[:found.start()].count("\n")
+                result.append((line, f"`{found.group(0)}`: {instead}"))
+    return result
+
+
+def _whole_words(pattern: str) -> re.Pattern[str]:
+    return re.compile(rf"\b(?:{pattern})\b".replace(" ", r"\s+"), re.IGNORECASE)
+
+
+_ANY_BANNED = _whole_words("|".join(BANNED))
+
+
+def _c_texts(source: str) -> Iterator[tuple[int, str]]:
+    """Yield comments, one for each block of them; strings; names, with spaces between their words."""
+    for found in re.finditer(_C_TOKEN, source):
+        text = found.group(0)
+        if text.startswith("/"):
+            text = re.sub(r"(?m)^[ \t]*(?:\*|//)", "", text)
+        elif not text.startswith('"'):
+            text = text.replace("_", " ")
+        yield source.count("\n", 0, found.start()) + 1, text
+
+
+def _without_code(page: str) -> str:
+    """Return a page without fences and code marks, its lines in their places."""
+    def blank(found: re.Match[str]) -> str:
+        return "`" + "\n"*found.group(0).count("\n")
+
+    page = re.sub(r"(?ms)^[ \t]*```.*?^[ \t]*```", blank, page)
+    return re.sub(r"(?s)(`+)(?!`)(?:(?!\n\n).)+?(?<!`)\1(?!`)", blank, page)
+
+
+#: Comments, strings, characters, and names.
+_C_TOKEN = re.compile(r"""
+    /\*.*?\*/ | //[^\n]*(?:\n[ \t]*//[^\n]*)*
+    | "(?:\\.|[^"\\\n])*" | '(?:\\.|[^'\\\n])+'
+    | \b[A-Za-z_]\w*
+""", re.DOTALL | re.VERBOSE)
 
 #: From Python 3.12 on, the text of an f-string is a token.
 _PARTS = {getattr(tokenize, "FSTRING_MIDDLE", -1)}

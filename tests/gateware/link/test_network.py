@@ -41,7 +41,7 @@ from support.pairs import byte_generator
 
 TOKEN  = 0x1234
 PEER   = HOST._replace(port=40001)
-NOBODY = Station("00:00:00:00:00:00", HOST.address)
+UNKNOWN = Station("00:00:00:00:00:00", HOST.address)
 
 
 class Wire(LiteXModule):
@@ -142,9 +142,9 @@ def fresh(host):
 
 
 def test_arp(host):
-    question = arp(1, HOST, DEVICE._replace(mac=NOBODY.mac), BROADCAST)
+    question = arp(1, HOST, DEVICE._replace(mac=UNKNOWN.mac), BROADCAST)
     assert host.exchange([question], 1) == [arp(2, DEVICE, HOST, HOST.mac)]
-    assert host.exchange([arp(1, HOST, Station(NOBODY.mac, "192.168.1.51"), BROADCAST)], 1) == []
+    assert host.exchange([arp(1, HOST, Station(UNKNOWN.mac, "192.168.1.51"), BROADCAST)], 1) == []
 
 
 def meet(host: Host, frames: list[bytes], answers: int) -> list[bytes]:

@@ -134,7 +134,7 @@ def true_depth(rectifier, scene):
 
 
 def test_rectified_rows_are_the_same_rows(calibration, boards, tmp_path, capfd):
-    """Corners of a board stand in the same rows, and `match` takes what `rectify` writes."""
+    """Corners of a board are in the same rows, and `match` takes what `rectify` writes."""
     assert run("rectify", boards/"left", boards/"right", "--calibration", calibration, "-o", tmp_path) == 0
     assert capfd.readouterr().out.count("wrote") == 2*PAIRS + 2
     board = make_board("chessboard", "9x6", 0.025)

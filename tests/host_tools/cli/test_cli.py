@@ -395,7 +395,7 @@ def test_ctrl_c_in_this_process(monkeypatch, capfd):
     assert capfd.readouterr().err == "litestereo: interrupted\n"
 
 
-# The same as processes of their own.
+# The same as separate processes.
 
 def process(*arguments):
     return subprocess.run([*COMMAND, *map(str, arguments)], capture_output=True, text=True, check=False)

@@ -46,7 +46,7 @@ def no_device_in_the_environment(monkeypatch):
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """A folder of two pairs, one with a number of disparities of its own."""
+    """A folder of two pairs, one with a separate number of disparities."""
     path = tmp_path_factory.mktemp("sets")
     data_sets.litestereo(path / "own", 1)
     data_sets.middlebury_2014(path / "new", 2)

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""`litestereo export`: all that it writes is read back by somebody else's code."""
+"""`litestereo export`: all that it writes is read back by other software."""
 
 import dataclasses
 import json

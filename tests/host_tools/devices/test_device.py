@@ -106,20 +106,20 @@ def test_pairs_must_be_grey_and_of_one_size(left, right):
         device.compute(left, right)
 
 
-def stand_in(monkeypatch, name, **content):
+def replace_module(monkeypatch, name, **content):
     module = types.ModuleType(name)
     vars(module).update(content)
     monkeypatch.setitem(sys.modules, name, module)
 
 
-class CosimStandIn:
+class FakeCosim:
     """The interface of the gateware's simulation, around the model."""
 
     built  = None
     closed = False
 
     def __init__(self, parameters):
-        CosimStandIn.built = (parameters.max_width, parameters.disparities, parameters.max_block_size)
+        FakeCosim.built = (parameters.max_width, parameters.disparities, parameters.max_block_size)
 
     def match_settings(self, left, right, settings):
         if left.max() == 0:
@@ -127,30 +127,30 @@ class CosimStandIn:
         return stereo_bm(left, right, settings), left.size + 100, 50
 
     def close(self):
-        CosimStandIn.closed = True
+        FakeCosim.closed = True
 
 
 def test_cosim_device_is_built_as_its_url_says(monkeypatch):
-    stand_in(monkeypatch, "litestereo.sim.cores.cosim", CosimMatcher=CosimStandIn,
-             MatcherParameters=MatcherParameters)
+    replace_module(monkeypatch, "litestereo.sim.cores.cosim", CosimMatcher=FakeCosim,
+                   MatcherParameters=MatcherParameters)
     left, right = textured_pair(60, 20, generator(41))
     with connect("cosim:?disparities=32&max_width=320&max_block_size=11") as device:
-        assert CosimStandIn.built == (320, 32, 11)
+        assert FakeCosim.built == (320, 32, 11)
         result = device.compute(left, right)
         assert (result.clocks, result.first_row_clocks) == (60*20 + 100, 50)
         assert result.settings == MatcherSettings(32, 9)
         with pytest.raises(DeviceError, match=r"failed: it stopped short"):
             device.compute(np.zeros_like(left), right)
-    assert CosimStandIn.closed
+    assert FakeCosim.closed
     connect("cosim:").close()
-    assert CosimStandIn.built == (1024, 64, 21)
+    assert FakeCosim.built == (1024, 64, 21)
 
 
 def test_a_cosim_that_cannot_be_built_is_one_line(monkeypatch):
     def fail(_):
         raise RuntimeError("verilator failed:\nsee log")
 
-    stand_in(monkeypatch, "litestereo.sim.cores.cosim", CosimMatcher=fail, MatcherParameters=MatcherParameters)
+    replace_module(monkeypatch, "litestereo.sim.cores.cosim", CosimMatcher=fail, MatcherParameters=MatcherParameters)
     with pytest.raises(DeviceError, match="cannot be built: verilator failed: see log"):
         connect("cosim:")
 
@@ -198,8 +198,8 @@ def test_sim_device_is_started_with_its_options_and_stopped(monkeypatch):
             started.append((ram, slots, Simulation(int(url.rsplit(":", 1)[1]))))
             return started[-1][-1]
 
-        stand_in(monkeypatch, "litestereo.sim.system.simulation", start_simulation=start_simulation,
-                 SimulationError=SimulationError)
+        replace_module(monkeypatch, "litestereo.sim.system.simulation", start_simulation=start_simulation,
+                       SimulationError=SimulationError)
         # The scripted server hangs up, so the connection fails; the simulation must be stopped all the same.
         with pytest.raises(DeviceError, match="closed the connection|lost"):
             connect("sim:?ram=sdram&slots=3&link=serial")
@@ -214,8 +214,8 @@ def test_sim_device_is_started_with_its_options_and_stopped(monkeypatch):
 def test_sim_device_is_reached_by_its_ethernet(monkeypatch):
     with udp_device() as there:
         simulation = Simulation(0, there.port)
-        stand_in(monkeypatch, "litestereo.sim.system.simulation", start_simulation=lambda: simulation,
-                 SimulationError=SimulationError)
+        replace_module(monkeypatch, "litestereo.sim.system.simulation", start_simulation=lambda: simulation,
+                       SimulationError=SimulationError)
         with connect("sim:") as device:
             assert device.info().url == "sim:"
             assert not simulation.closed
@@ -227,6 +227,7 @@ def test_a_simulation_that_cannot_start_is_one_line(monkeypatch, error):
     def fail():
         raise error
 
-    stand_in(monkeypatch, "litestereo.sim.system.simulation", start_simulation=fail, SimulationError=SimulationError)
+    replace_module(monkeypatch, "litestereo.sim.system.simulation", start_simulation=fail,
+                   SimulationError=SimulationError)
     with pytest.raises(DeviceError, match="cannot be started: no compiler"):
         connect("sim:")

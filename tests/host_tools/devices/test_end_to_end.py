@@ -246,7 +246,7 @@ KILLED_HOST = textwrap.dedent("""
 
 
 @pytest.mark.parametrize("shared", [False, True])
-def test_a_host_killed_in_mid_upload_locks_nobody_out(shared):
+def test_a_host_killed_in_mid_upload_locks_no_host_out(shared):
     (pair,) = pairs(1)
     with native_device() as port, contextlib.ExitStack() as stack:
         url = stack.enter_context(proxied(port)).url if shared else f"tcp://127.0.0.1:{port}"

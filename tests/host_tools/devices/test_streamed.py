@@ -411,7 +411,7 @@ def test_mode_stored_is_the_default(shared_url):
         with connect(url) as device:
             before = device.statistics()["chunks_received"]
             expect(device.compute(*pair, SETTINGS), pair)
-            # Both images in chunks of their own; pairs would be fewer.
+            # Each image starts a new chunk; pairs would be fewer.
             assert device.statistics()["chunks_received"] - before == image_chunks(110, 60) > pair_chunks(110, 60)
 
 

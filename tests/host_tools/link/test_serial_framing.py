@@ -32,7 +32,7 @@ def on_line(message):
 
 
 @pytest.mark.parametrize("step", [1, 2, 3, 7, 1000, 1 << 20])
-def test_text_and_frames_are_sorted_whatever_the_pieces(step):
+def test_text_and_frames_are_sorted_in_pieces_of_any_size(step):
     sent = messages(20)
     line = b"boot\r\n" + b"".join(on_line(message) + (b"text" if index % 3 == 0 else b"")
                                   for index, message in enumerate(sent)) + b"end"

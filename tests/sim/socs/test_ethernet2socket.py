@@ -29,7 +29,7 @@ from support.ethernet_frames import (
 )
 from support.pairs import SEED, byte_generator
 
-NOBODY = Station("00:00:00:00:00:00", "192.168.1.100")
+UNKNOWN = Station("00:00:00:00:00:00", "192.168.1.100")
 
 
 class Host:
@@ -158,7 +158,7 @@ def test_both_ways_at_once(bench, host):
 
 @pytest.mark.parametrize("to", [BROADCAST, HOST.mac])
 def test_arp_answered(bench, to):
-    (answer,) = bench.deliver([arp(1, DEVICE, NOBODY, to)])
+    (answer,) = bench.deliver([arp(1, DEVICE, UNKNOWN, to)])
     assert answer.data == arp(2, HOST, DEVICE, DEVICE.mac)
     assert bench.outcomes() == {"arp_request": 1}
 
@@ -166,7 +166,7 @@ def test_arp_answered(bench, to):
 def test_arp_before_what_waits(bench, host):
     """The ARP answer is the next frame: queued frames are for the device that asks, which may need the answer first."""
     frames = [host.send(bytes(1000)) for _ in range(3)]
-    bench.send([arp(1, DEVICE, NOBODY, BROADCAST)])
+    bench.send([arp(1, DEVICE, UNKNOWN, BROADCAST)])
     got = [frame.data for frame in bench.run(6000)]
     assert got == [frames[0], arp(2, HOST, DEVICE, DEVICE.mac), *frames[1:]]
 
@@ -175,7 +175,7 @@ def test_datagram_right_after_arp(bench, host):
     """A datagram during the answer starts after its gap, after any silence."""
     for idle in (500, 513, 537, 561):
         bench.run(idle)
-        bench.send([arp(1, DEVICE, NOBODY, BROADCAST)])
+        bench.send([arp(1, DEVICE, UNKNOWN, BROADCAST)])
         # The request, and the start of the answer.
         bench.run(60 + 20)
         expected = host.send(b"at once")
@@ -186,9 +186,9 @@ def test_datagram_right_after_arp(bench, host):
 
 def test_arp_not_answered(bench):
     """Requests for other addresses, answers, and ARP not for IPv4 on Ethernet are ignored."""
-    request = arp(1, DEVICE, NOBODY, BROADCAST)
-    others  = [arp(1, DEVICE, NOBODY._replace(address="192.168.1.101"), BROADCAST),
-               arp(2, DEVICE, HOST, HOST.mac), arp(1, DEVICE, NOBODY, "02:00:00:00:00:65")]
+    request = arp(1, DEVICE, UNKNOWN, BROADCAST)
+    others  = [arp(1, DEVICE, UNKNOWN._replace(address="192.168.1.101"), BROADCAST),
+               arp(2, DEVICE, HOST, HOST.mac), arp(1, DEVICE, UNKNOWN, "02:00:00:00:00:65")]
     others += [request[:14 + place] + b"\x77" + request[15 + place:] for place in range(8)]
     assert bench.deliver(others) == []
     assert bench.outcomes() == {"other": len(others)}
@@ -296,7 +296,7 @@ def test_fuzz(hosts):
     with EthernetBench() as bench:
         host      = hosts(bench.ports[0])
         templates = [datagram(DEVICE, host.station, bytes(length)) for length in (0, 28, 100)]
-        templates += [arp(1, DEVICE, NOBODY, BROADCAST),
+        templates += [arp(1, DEVICE, UNKNOWN, BROADCAST),
                       packet_frame(udp_packet(DEVICE, host.station, b"odd", check=True), options=b"\1"*12)]
         delivered = bench.fuzz(templates, SEED, 200_000)
         outcomes  = bench.outcomes()
@@ -337,7 +337,7 @@ def test_capture(hosts, tmp_path):
         assert read_capture(path) == []
         host     = hosts(bench.ports[0])
         bad      = datagram(DEVICE, TO_NINE, bytes(1473))
-        from_soc = [arp(1, DEVICE, NOBODY, BROADCAST), datagram(DEVICE, host.station, bytes(700)), b"short", bad]
+        from_soc = [arp(1, DEVICE, UNKNOWN, BROADCAST), datagram(DEVICE, host.station, bytes(700)), b"short", bad]
         to_soc   = [host.send(bytes(length)) for length in (300, 5)]
         bench.send(from_soc)
         got      = bench.run(5000)
