@@ -24,7 +24,7 @@ import pytest
 
 from .paths import CHECKOUT
 
-MODULE = CHECKOUT / "sim" / "modules" / "ethernet2socket"
+MODULE = CHECKOUT / "sim" / "socs" / "modules" / "ethernet2socket"
 OUT    = CHECKOUT / "build" / "ethernet_bench"
 
 FLAGS = shlex.split("-std=c11 -Wall -Wextra -Werror -Wshadow -g -O1 -fsanitize=address,undefined "
