@@ -135,7 +135,7 @@ class SDRAMSoC(SimulatedSoC):
         # The chip's timing at 60 MHz, the clock of the board.
         module      = M12L64322A(int(60e6), "1:1")
         self.sdrphy = SDRAMPHYModel(module, data_width=32, clk_freq=int(60e6))
-        # A bus that turns from reading to writing and back costs ten clocks: let each side finish its burst.
+        # Turning the bus from reading to writing and back costs ten clocks: let each side finish its burst.
         settings = ControllerSettings(read_time=256, write_time=128)
         self.add_sdram("sdram", phy=self.sdrphy, module=module, size=MAIN_RAM_BYTES, l2_cache_size=0,
             controller_settings=settings)

@@ -10,7 +10,7 @@ from importlib import import_module
 # Name of the top level and of all files of the gateware.
 TOP = "top"
 
-# Class of each board's SoC, in the module of the board's name; loaded when it is asked for, as LiteX is slow to import.
+# Class of each board's SoC, in the module of the board's name; loaded on demand, because LiteX is slow to import.
 BOARDS = {
     "colorlight_i5":   "ColorlightI5",
     "colorlight_i9":   "ColorlightI9",
@@ -21,7 +21,7 @@ BOARDS = {
     "atlys":           "Atlys",
 }
 
-# Boards whose bitstream the vendor's own tool makes, and the tool's name.
+# Boards whose bitstream the vendor's tool makes, with the tool's name.
 VENDOR_TOOLS = {
     "tang_primer_20k": "Gowin EDA",
     "arty":            "Vivado",
@@ -32,5 +32,5 @@ VENDOR_TOOLS = {
 OPEN_BOARDS = [board for board in BOARDS if board not in VENDOR_TOOLS]
 
 def soc_class(board):
-    """Class of a board's SoC, with its `preset`."""
+    """Return the class of a board's SoC, which has its `preset`."""
     return getattr(import_module(f".{board}", __name__), BOARDS[board])

@@ -26,7 +26,7 @@ class Arty(BoardSoC):
     variant       = "a7-35"
     family        = "7-series"
     build_options = {}
-    rom_bytes     = 32*1024 # DDR3 has to be trained, so the boot program is larger.
+    rom_bytes     = 32*1024 # DDR3 needs training, so the boot program is larger.
     memory_module = MT41K128M16
     memory_bits   = 16
     memory_rate   = "1:4"
@@ -34,7 +34,7 @@ class Arty(BoardSoC):
         disparities    = 32,
         max_block_size = 9,
         features       = ("xsobel",),
-        # The memory's clock is four times as fast, and 300 MHz is the slowest that DDR3 is made for.
+        # The memory's clock is four times as fast, and 300 MHz is the slowest that DDR3 supports.
         sys_clk_freq   = 80000000,
         streaming      = False,
         with_icmp      = False,

@@ -23,7 +23,7 @@ from .preset            import Preset
 class AtlysCRG(_CRG):
     def __init__(self, platform, sys_clk_freq):
         _CRG.__init__(self, platform, sys_clk_freq)
-        self.rst = self.reset # From the SoC's reset register.
+        self.rst = self.reset # Driven by the SoC's reset register.
 
 # SoC ----------------------------------------------------------------------------------------------
 

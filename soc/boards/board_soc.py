@@ -19,16 +19,16 @@ from ..parts.flash_pads                 import ECP5FlashPads
 from ..parts.screen_arbiter             import ScreenArbiter
 from ..parts.stereo_soc                 import StereoSoC
 
-ROM_BYTES  = 4*1024 # Of the boot program.
-SRAM_BYTES = 4*1024 # Stack.
+ROM_BYTES  = 4*1024 # Size of the boot program.
+SRAM_BYTES = 4*1024 # Size of its stack.
 
-# Up to this clock an ECP5 of speed grade 6 does without the registers that cost LUTs.
+# Up to this clock an ECP5 of speed grade 6 does not need the registers that cost LUTs.
 UNPIPELINED_HZ = 60000000
 
 # Turning the bus from reading to writing and back costs ten clocks: let each side finish its burst.
 SDR_SETTINGS = ControllerSettings(read_time=256, write_time=128)
 
-# Images of the firmware in flash: the boot program starts a good one.
+# Images of the firmware in flash: the boot program starts a valid one.
 FLASH_IMAGES      = 2
 FLASH_IMAGE_BYTES = 256*1024
 
@@ -38,11 +38,11 @@ FLASH_RECORDS_BYTES = 8*2*20*1024
 # Clock domain of a matcher with a separate clock.
 MATCHER_DOMAIN = "matcher"
 
-# Picture of a screen, and the clock of its pixels: monitors take it for 25.175 MHz.
+# Picture of a screen, and its pixel clock: monitors accept it in place of 25.175 MHz.
 SCREEN_TIMINGS = "640x480@60Hz"
 PIXEL_DOMAIN   = "hdmi"
 PIXEL_HZ       = 25000000
-# Bytes between memory and screen: 20 us of a picture; `ScreenArbiter` says when it is filled.
+# Bytes between memory and screen: 20 us of a picture; `ScreenArbiter` decides when they are filled.
 SCREEN_FIFO_BYTES = 512
 
 # Board SoC ----------------------------------------------------------------------------------------
@@ -50,7 +50,7 @@ SCREEN_FIFO_BYTES = 512
 class BoardSoC(StereoSoC):
     """What the SoCs of all boards share: a boot program in ROM instead of LiteX's BIOS, and the flash that it reads.
 
-    A target says what differs by class attributes and by overriding `make_platform`, `add_clocking`, `make_memory_phy`,
+    A target sets class attributes, and overrides `make_platform`, `add_clocking`, `make_memory_phy`,
     `make_ethernet_phy` and `make_video_phy`.
 
     Parameters
@@ -64,9 +64,9 @@ class BoardSoC(StereoSoC):
     **kwargs
         Passed on to `StereoSoC`.
     """
-    board_name      = None # As in `BOARDS`.
-    loader          = None # openFPGALoader's name of it.
-    family          = "ECP5" # Of the FPGA, as in `soc.synthesis`.
+    board_name      = None # Name in `BOARDS`.
+    loader          = None # Name in openFPGALoader.
+    family          = "ECP5" # Family of the FPGA, as in `soc.synthesis`.
     build_options   = dict(nowidelut=True, timingstrict=True) # Of LiteX's toolchain; wide functions take LUTs in pairs.
     rom_bytes       = ROM_BYTES
     uart_baudrate   = 1000000
@@ -77,7 +77,7 @@ class BoardSoC(StereoSoC):
     nextpnr_options = ()    # Apart from device, package, speed grade, seed and density.
     matcher_clock   = False # Whether the matcher can have a separate clock, in the domain `MATCHER_DOMAIN`.
 
-    flash_offset      = 4*1024*1024 # Of the firmware's images, behind the largest bitstream.
+    flash_offset      = 4*1024*1024 # Offset of the firmware's images, after the largest bitstream.
     flash_images      = FLASH_IMAGES
     flash_image_bytes = FLASH_IMAGE_BYTES
     flash_records_bytes = FLASH_RECORDS_BYTES
@@ -94,7 +94,7 @@ class BoardSoC(StereoSoC):
             uart_baudrate        = self.uart_baudrate,
             integrated_sram_size = SRAM_BYTES,
             integrated_rom_size  = self.rom_bytes,
-            # First contents, for the memory to load its file; the boot program comes in there.
+            # With contents from the start, the memory loads its file, which holds the boot program.
             integrated_rom_init  = [0],
         )
         soc_kwargs.update(kwargs)
@@ -114,19 +114,18 @@ class BoardSoC(StereoSoC):
 
     def add_main_memory(self):
         module = self.memory_module(self.preset.sys_clk_freq, self.memory_rate)
-        # Without L2 cache: the matcher's ports go past it, and it is slow.
+        # Without L2 cache: the matcher's ports bypass it, and it is slow.
         self.add_sdram("sdram", phy=self.make_memory_phy(module), module=module, l2_cache_size=0,
             controller_settings=self.memory_settings or ControllerSettings())
-        # The boot program starts the memory and does not test it: the firmware's checksum is taken from there.
+        # The boot program starts the memory and does not test it: the firmware's checksum is computed there.
         self.add_constant("SDRAM_TEST_DISABLE")
         return self.sdram.crossbar
 
     def add_link(self):
-        """The frame link, if the board has Ethernet.
+        """Add the frame link, if the board has Ethernet.
 
-        LiteEth's PHYs hold the clock domains of the wire in reset while `sys` is, and for a while longer: the counter
-        that does it is in `sys`. So both sides of the crossings are in reset at once, and the crossings are empty after
-        it.
+        LiteEth's PHYs hold the wire's clock domains in reset while `sys` is, and for some clocks longer: the counter is
+        in `sys`. So both sides of the crossings are in reset at once, and the crossings are empty after it.
         """
         phy = self.make_ethernet_phy()
         if phy is not None:
@@ -140,12 +139,12 @@ class BoardSoC(StereoSoC):
             )
 
     def add_screen(self):
-        """The frame buffer of a screen, if the preset has one: grey, a byte per pixel; the firmware says where."""
+        """Add the frame buffer of a screen, if the preset has one: grey, a byte per pixel, anywhere in memory."""
         if self.preset.with_screen:
             phy = self.make_video_phy()
             check(phy is not None, f"the {self.board_name} has no connector for a screen: leave out with_screen.")
             self.videophy = phy
-            # LiteX would give it a separate region otherwise, in the midst of the main memory.
+            # LiteX would otherwise give it a separate region inside the main memory.
             self.mem_map = {**self.mem_map, "video_framebuffer": self.mem_map["main_ram"]}
             self.add_video_framebuffer(
                 phy          = phy,
@@ -161,7 +160,7 @@ class BoardSoC(StereoSoC):
                 masters[number] = self.screen_arbiter.add_gate(port, is_screen=port is dma.port)
 
     def add_bus_registers(self):
-        """A register between the bus and each port of the CPU."""
+        """Add a register between the bus and each port of the CPU."""
         for name, master in self.bus.masters.items():
             if name.startswith("cpu_bus"):
                 register = BusRegister(master)
@@ -169,8 +168,8 @@ class BoardSoC(StereoSoC):
                 self.bus.masters[name] = register.bus
 
     def add_memory_registers(self):
-        """A register between each port of LiteDRAM's crossbar and its commands: in the clock in which they pick a bank
-        and wait for it, nothing else is decided."""
+        """Add a register between each port of LiteDRAM's crossbar and its commands: the clock that selects a bank
+        and waits for it decides nothing else."""
         masters = self.sdram.crossbar.masters
         for number, port in enumerate(masters):
             inner = masters[number] = LiteDRAMNativePort(port.mode, port.address_width, port.data_width, id=port.id)
@@ -183,7 +182,7 @@ class BoardSoC(StereoSoC):
             ]
 
     def add_flash(self):
-        """The flash of bitstream and firmware, at pins that the CPU drives: read once, written by an update."""
+        """Add the flash of bitstream and firmware, at pins that the CPU drives: read once, written by updates."""
         self.flash_pads = self.make_flash_pads()
         self.flash      = SPIMaster(self.flash_pads)
         self.add_constant("FLASH_IMAGES",        self.flash_images)
@@ -200,19 +199,19 @@ class BoardSoC(StereoSoC):
     # Hooks ----------------------------------------------------------------------------------------
 
     def make_platform(self):
-        """LiteX platform of the board."""
+        """Return the LiteX platform of the board."""
         raise NotImplementedError
 
     def make_memory_phy(self, module):
-        """PHY of the main memory, a module of this SoC."""
+        """Return the PHY of the main memory, a module of this SoC."""
         raise NotImplementedError
 
     def make_ethernet_phy(self):
-        """LiteEth PHY, 8 bits wide; None, as here, if the board has no Ethernet."""
+        """Return the LiteEth PHY, 8 bits wide; None, as here, if the board has no Ethernet."""
 
     def make_video_phy(self):
-        """LiteX video PHY for `SCREEN_TIMINGS` in the domain `PIXEL_DOMAIN`; None, as here, without a screen."""
+        """Return the LiteX video PHY for `SCREEN_TIMINGS` in `PIXEL_DOMAIN`; None, as here, without a screen."""
 
     def make_flash_pads(self):
-        """Pads of the flash as `SPIMaster` wants them, a module."""
+        """Return the pads of the flash as `SPIMaster` wants them, a module."""
         return ECP5FlashPads(self.platform.request("spiflash"))

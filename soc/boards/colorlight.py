@@ -25,7 +25,7 @@ from .board_soc import BoardSoC, SDR_SETTINGS
 
 class ColorlightCRG(LiteXModule):
     def __init__(self, platform, sys_clk_freq):
-        self.rst       = Signal() # From the SoC's reset register.
+        self.rst       = Signal() # Driven by the SoC's reset register.
         self.cd_sys    = ClockDomain()
         self.cd_sys_ps = ClockDomain()
 

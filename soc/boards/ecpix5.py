@@ -25,12 +25,12 @@ from .preset    import Preset
 # Clocks -------------------------------------------------------------------------------------------
 
 class ECPIX5CRG(LiteXModule):
-    """DDR3's clock of twice the system's is stopped and started by its PHY; the system's is made from it.
+    """The clock of DDR3, twice the system's, is stopped and started by its PHY; the system's is derived from it.
 
-    All domains are in reset until the board's supplies are steady, and again on `rst`.
+    All domains are in reset until the board's supplies are stable, and again on `rst`.
     """
     def __init__(self, platform, sys_clk_freq, matcher_hz):
-        self.rst        = Signal() # From the SoC's reset register.
+        self.rst        = Signal() # Driven by the SoC's reset register.
         self.stop       = Signal() # Of the PHY,
         self.reset      = Signal() # while it aligns its clocks.
         self.cd_init    = ClockDomain()
@@ -42,7 +42,7 @@ class ECPIX5CRG(LiteXModule):
         # # #
 
         clk100 = platform.request("clk100")
-        wait   = Signal(16, reset=2**16 - 1) # Clocks until the board's supplies are steady.
+        wait   = Signal(16, reset=2**16 - 1) # Clocks until the board's supplies are stable.
         self.comb     += self.cd_por.clk.eq(clk100)
         self.sync.por += If(wait != 0, wait.eq(wait - 1))
 
@@ -69,7 +69,7 @@ class ECPIX5CRG(LiteXModule):
         if matcher_hz:
             self.cd_matcher = ClockDomain()
             pll.create_clkout(self.cd_matcher, matcher_hz, with_reset=False)
-            # Not before the system: its side of the crossings has to have stood still for a while.
+            # After the system's reset: the system's side of the crossings must have been in reset for some clocks.
             self.specials += AsyncResetSynchronizer(self.cd_matcher, ResetSignal("sys"))
 
 # SoC ----------------------------------------------------------------------------------------------
@@ -78,14 +78,14 @@ class ECPIX5(BoardSoC):
     board_name    = "ecpix5"
     loader        = "ecpix5"
     device        = "85F"
-    rom_bytes     = 32*1024 # DDR3 has to be trained, so the boot program is larger.
+    rom_bytes     = 32*1024 # DDR3 needs training, so the boot program is larger.
     memory_module = MT41K256M16
     memory_bits   = 16
     memory_rate   = "1:2"
     matcher_clock = True
     # Turning DDR3's bus costs clocks as well.
     memory_settings = SDR_SETTINGS
-    # The default router tears up half of what it routes here, without end.
+    # The default router does not converge.
     nextpnr_options = ("--router", "router2")
     preset        = Preset(
         disparities    = 128,

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""What is built for a board."""
+"""The configuration of a board."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from dataclasses import dataclass, field
 from ...gateware.common.parameters import FEATURES, MatcherParameters
 
 def option(default, text):
-    """A field with what the option of a target says of it."""
+    """Return a field with the help of its option in a target."""
     return field(default=default, metadata={"help": text})
 
 @dataclass(frozen=True)
 class Preset:
-    """What is built for a board: matcher, CPU and clock, chosen by measurement."""
+    """The configuration of a board: matcher, CPU and clock, chosen by measurement."""
     disparities:    int             = option(64, "Largest number of disparities, a multiple of 16.")
     max_block_size: int             = option(9, "Largest block size, odd.")
     max_width:      int             = option(640, "Widest image in pixels.")
@@ -25,7 +25,7 @@ class Preset:
     sys_clk_freq:   int             = option(60000000, "Clock of the system in Hz.")
     matcher_hz:     int             = option(0, "Clock of matcher and DMA in Hz, if it is not the system's.")
     cpu_variant:    str             = option("lite", "Variant of the VexRiscv.")
-    # Long bursts: after each one SDRAM changes its row.
+    # Long bursts, because SDRAM changes its row after each.
     burst_bytes:    int             = option(256, "Bytes that are read or written in one go.")
     streaming:      bool            = option(True, "Match frames as they come from the wire, past the memory.")
     with_icmp:      bool            = option(True, "Answer a ping.")
@@ -35,7 +35,7 @@ class Preset:
 
     @property
     def parameters(self) -> MatcherParameters:
-        """Build-time parameters of the matcher; raises ValueError if they cannot be built."""
+        """Return the build-time parameters of the matcher; raise ValueError if they cannot be built."""
         return MatcherParameters(
             max_width      = self.max_width,
             disparities    = self.disparities,
@@ -45,10 +45,10 @@ class Preset:
 
     @property
     def frames_per_second(self) -> float:
-        """Frames of 640 x 480 that the matcher makes in a second at a pixel per clock."""
+        """Return the frames of 640 x 480 per second at a pixel per clock."""
         return self.pixels_per_second/(640*480)
 
     @property
     def pixels_per_second(self) -> int:
-        """What the matcher takes at a pixel per clock."""
+        """Return the pixels per second at a pixel per clock."""
         return self.matcher_hz or self.sys_clk_freq

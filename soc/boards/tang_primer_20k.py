@@ -21,7 +21,7 @@ class TangPrimer20k(BoardSoC):
     family        = "Gowin"
     flash_offset  = 2*1024*1024 # Of 4 MiB.
     build_options = {}
-    rom_bytes     = 32*1024 # DDR3 has to be trained, so the boot program is larger.
+    rom_bytes     = 32*1024 # DDR3 needs training, so the boot program is larger.
     memory_module = MT41K64M16
     memory_bits   = 16
     memory_rate   = "1:2"

@@ -25,7 +25,7 @@ from .preset          import Preset
 
 class ULX3SCRG(LiteXModule):
     def __init__(self, platform, sys_clk_freq, with_screen):
-        self.rst       = Signal() # From the SoC's reset register.
+        self.rst       = Signal() # Driven by the SoC's reset register.
         self.cd_sys    = ClockDomain()
         self.cd_sys_ps = ClockDomain()
 
@@ -45,7 +45,7 @@ class ULX3SCRG(LiteXModule):
         self.comb += platform.request("wifi_gpio0").eq(1)
 
     def add_video(self, clk25, rst):
-        """A separate PLL: the clocks of system and memory are as they are without a screen."""
+        """Add a separate PLL, so that the clocks of system and memory are as without a screen."""
         self.cd_hdmi   = ClockDomain() # Of pixels,
         self.cd_hdmi5x = ClockDomain() # and of their bits, two a clock.
         self.video_pll = video_pll = ECP5PLL()

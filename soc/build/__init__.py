@@ -3,4 +3,4 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""What builds things: content keys, locks, logged tools, LiteX's builder. It imports nothing else of this project."""
+"""Tools of all builds: content keys, locks, logged tools, LiteX's builder. It imports nothing else of this project."""

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""LiteX's builder, with the libraries that our programs link, and a C library that is built once for all SoCs."""
+"""LiteX's builder, with the libraries that this project's programs link, and one C library for all SoCs."""
 
 import os
 import shutil
@@ -15,18 +15,17 @@ from litex.soc.integration.builder import Builder
 
 from .paths import build_directory, built_once, content_key
 
-# Of LiteX's libraries; without SDRAM LiteDRAM's is empty.
+# LiteX's libraries; without SDRAM LiteDRAM's is empty.
 LIBRARIES = ["libc", "libcompiler_rt", "libbase", "liblitedram"]
 
-# What picolibc leaves that LiteX's makefile and the other libraries use: the archive before LiteX adds its console.
+# Files of picolibc that LiteX's makefile and the other libraries use: the archive without LiteX's console.
 PICOLIBC_FILES = ["cross.txt", "picolibc.h", "__libc.a"]
 
-# Variables of LiteX's makefiles that are not the same for all SoCs with the same processor, and do not concern
-# picolibc.
+# Variables of LiteX's makefiles that differ between SoCs with the same processor, and do not concern picolibc.
 OTHER_VARIABLES = ("PACKAGES", "PACKAGE_DIRS", "LIBS", "BUILDINC_DIRECTORY", "BIOS_")
 
 class StereoBuilder(Builder):
-    """Builder of a SoC whose programs are ours.
+    """Builder of a SoC with this project's programs.
 
     Parameters
     ----------
@@ -47,12 +46,12 @@ class StereoBuilder(Builder):
         Builder._prepare_rom_software(self)
         made = picolibc(Path(self.generated_dir) / "variables.mak")
         for name in PICOLIBC_FILES:
-            # Each is newer than what it is made of: make has nothing to do.
+            # Each is newer than its sources, so make has nothing to do.
             shutil.copy(made / name, os.path.join(self.software_dir, "libc"))
 
 def picolibc(variables):
-    """Folder with `PICOLIBC_FILES` for a processor: picolibc has more sources than all the rest, and needs 400 MB to
-    build.
+    """Return a folder with `PICOLIBC_FILES` for a processor: picolibc has more sources than all else, and needs 400 MB
+    to build.
 
     Parameters
     ----------
@@ -75,7 +74,7 @@ def picolibc(variables):
         work.mkdir()
         makefile = Path(settings["LIBC_DIRECTORY"]) / "Makefile"
         subprocess.run(["make", "-C", work, "-f", makefile, "__libc.a"], check=True)
-        # Lines and macros of picolibc itself are nine tenths of it.
+        # Lines and macros of picolibc are nine tenths of the debug information.
         subprocess.run([f"{prefix}strip", "-g", work / "__libc.a"], check=True)
         for name in PICOLIBC_FILES:
             shutil.move(work / name, folder)

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Pages that are written by a command: each carries the content key of what it was made from."""
+"""Pages that a command writes: each carries the content key of its sources."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ MARK = re.compile(r"^<!-- made from ([0-9a-f]{16}) by make ([\w-]+) -->\n", re.M
 
 
 def computed_key(name: str, sources: list[Path], parts: Callable[[], list[str]]) -> str:
-    """Return the content key of parts that take a while to make; made once for each state of their sources.
+    """Return the content key of parts that take a while to make; they are made once for each state of their sources.
 
     Parameters
     ----------
     name
         Name of the page, for the folder.
     sources
-        Files and folders that the parts are made of.
+        Files and folders from which the parts are made.
     parts
-        Make them.
+        Function that returns the parts.
     """
     def make(folder: Path) -> None:
         (folder / "key").write_text(content_key(parts()))
@@ -40,18 +40,18 @@ def computed_key(name: str, sources: list[Path], parts: Callable[[], list[str]])
 
 @dataclass(frozen=True)
 class Page:
-    """A page, or the part of one that a command writes.
+    """A page that a command writes, or a part of one.
 
     Parameters
     ----------
     name
-        Path from the checkout on.
+        Path, relative to the checkout.
     target
         Target of the Makefile that writes it.
     key
-        Return the content key of what the page would be made from now.
+        Returns the content key of the page's current sources.
     minutes
-        About how long the target takes on two cores; 0 for less than a minute.
+        Approximate minutes that the target takes on two cores; 0 for less than one.
     """
 
     name:    str
@@ -61,11 +61,11 @@ class Page:
 
     @property
     def path(self) -> Path:
-        """The file."""
+        """Return the path of the file."""
         return PACKAGE_DIR / self.name
 
     def stamped(self, text: str) -> str:
-        """Return the page's text with the mark as its last line, or in place of the mark that it has.
+        """Return the page's text with the mark as its last line, or in place of its previous mark.
 
         Raises
         ------
@@ -91,7 +91,7 @@ class Page:
         self.path.write_text(self.stamped(text))
 
     def stale(self) -> str | None:
-        """Return what is wrong in a line, or None if the page is of this tree."""
+        """Return a line that says what is wrong, or None if the page is current."""
         now, made_from = self.key(), self.made_from()
         if made_from == now:
             return None

@@ -20,15 +20,15 @@ from pathlib import Path
 #: Folder of `gateware`, `soc`, `firmware`, `host_tools` and `sim`: the checkout, or the installed package.
 PACKAGE_DIR = Path(__file__).resolve().parents[2]
 
-#: Distributions whose releases decide what LiteX generates.
+#: Distributions whose releases determine what LiteX generates.
 LITEX_PACKAGES = ("litex", "litedram", "liteeth", "migen", "pythondata-cpu-vexriscv")
 
-#: A comment of C, or a literal, which may hold what looks like one.
+#: A comment of C, or a literal, which may contain the marks of one.
 C_COMMENT = re.compile(r"""//[^\n]*|/\*.*?\*/|"(?:\\.|[^"\\\n])*"|'(?:\\.|[^'\\\n])*'""", re.DOTALL)
 
 
 def build_directory() -> Path:
-    """Folder for everything that is generated.
+    """Return the folder for everything that is generated.
 
     `LITESTEREO_BUILD` if set, `build/` of the checkout that this package was installed from, or the user's cache.
     """
@@ -40,7 +40,7 @@ def build_directory() -> Path:
 
 
 def content_key(parts: Iterable[str | bytes]) -> str:
-    """Short hash of everything that a build depends on."""
+    """Return a short hash of everything that a build depends on."""
     digest = hashlib.sha256()
     for part in parts:
         data = part.encode() if isinstance(part, str) else part
@@ -50,7 +50,7 @@ def content_key(parts: Iterable[str | bytes]) -> str:
 
 
 def source_key(*folders: Path) -> str:
-    """Hash of the names and contents of all source files below `folders`."""
+    """Return the hash of names and contents of all source files below `folders`."""
     parts: list[str | bytes] = []
     for folder in folders:
         for path in sorted(folder.rglob("*")):
@@ -62,7 +62,7 @@ def source_key(*folders: Path) -> str:
 def code_key(*folders: Path) -> str:
     """Return a hash of the code below `folders`, or in files: comments and docstrings do not count.
 
-    What is measured, or takes minutes to build, is not made again for a better word.
+    So measurements and long builds are not repeated for a better word.
     """
     parts: list[str | bytes] = []
     for folder in folders:
@@ -99,7 +99,7 @@ def locked(path: Path) -> Iterator[None]:
 
 
 def built_once(folder: Path, build: Callable[[Path], None]) -> Path:
-    """Return `folder`, having called `build(folder)` if no earlier call of it ended well."""
+    """Return `folder`, after calling `build(folder)` unless an earlier call succeeded."""
     with locked(folder.with_suffix(".lock")):
         done = folder / "done"
         if not done.is_file():

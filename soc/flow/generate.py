@@ -3,9 +3,9 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Generates a board's sources: Verilog, constraints, and the headers and libraries for its programs.
+"""Generate a board's sources: Verilog, constraints, and the headers and libraries for its programs.
 
-A separate program, as LiteX changes the working directory, prints, and configures logging.
+A separate program, because LiteX changes the working directory, prints, and configures logging.
 """
 
 import json
@@ -17,11 +17,11 @@ from pathlib import Path
 from ..boards        import OPEN_BOARDS, TOP, soc_class
 from ..build.builder import StereoBuilder
 
-# Of the tools: names of sources are in them.
+# Scripts of the tools, which contain names of sources.
 SCRIPTS = (".ys", ".tcl", ".prj")
 
 def gather_sources(gateware: Path, sources: list[str]) -> None:
-    """Have all sources in one folder, and scripts that name them without a path: some tools see that folder alone."""
+    """Gather all sources in one folder, and make scripts name them without a path: some tools see only that folder."""
     for source in map(Path, sources):
         if source.parent != gateware:
             shutil.copy(source, gateware)
@@ -33,14 +33,14 @@ def gather_sources(gateware: Path, sources: list[str]) -> None:
             script.write_text(text.replace(f"{gateware}/", ""))
 
 def nextpnr_options(toolchain) -> list[str]:
-    """Device, package and speed grade of LiteX's toolchain for an ECP5."""
+    """Return device, package and speed grade of LiteX's toolchain for an ECP5."""
     return [f"--{toolchain._architecture}", "--package", toolchain._package, "--speed", toolchain._speed_grade]
 
 def generate(board: str, folder: Path, changes: dict) -> None:
     """Write LiteX's output for a board, with a preset changed by `changes`, to `folder`."""
     cls     = soc_class(board)
     preset  = replace(cls.preset, **changes)
-    # The identifier would hold the date.
+    # The identifier would contain the date.
     soc     = cls(preset, ident_version=False)
     builder = StereoBuilder(soc, folder)
     builder.build(run=False, build_name=TOP, **soc.build_options)

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Brings what was built to a board, with openFPGALoader."""
+"""Bring a build to a board, with openFPGALoader."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from ..build.tools import ToolError
 from .             import vendor
 
 def built(board: str) -> Path:
-    """Folder of a board's bitstream; raises ToolError if there is none."""
+    """Return the folder of a board's bitstream; raise ToolError if there is none."""
     folder = build_directory() / board
     if not (folder / "report.json").is_file():
         raise ToolError(f"{board} is not built: run make bitstream BOARD={board}")
     return folder
 
 def bitstream(board: str) -> Path:
-    """Path of a board's bitstream; raises ToolError if the vendor's tool has yet to make it."""
+    """Return the path of a board's bitstream; raise ToolError if the vendor's tool has yet to make it."""
     if board not in VENDOR_TOOLS:
         return built(board) / f"{board}.bit"
     built(board)
@@ -34,7 +34,7 @@ def bitstream(board: str) -> Path:
     return path
 
 def run_loader(board: str, *arguments: str) -> None:
-    """Run openFPGALoader for a board; what it says goes to the terminal. Raises ToolError if it fails."""
+    """Run openFPGALoader for a board, with its output on the terminal. Raise ToolError if it fails."""
     if soc_class(board).loader is None:
         raise ToolError(f"openFPGALoader does not know the {board}: docs/boards/{board}.md says what does")
     if (program := shutil.which("openFPGALoader")) is None:
@@ -43,7 +43,7 @@ def run_loader(board: str, *arguments: str) -> None:
         raise ToolError(f"openFPGALoader did not reach the {board}: is it connected, and may you use its USB device?")
 
 def load(board: str) -> None:
-    """Load the bitstream into the FPGA; the firmware is taken from the flash."""
+    """Load the bitstream into the FPGA; the firmware comes from the flash."""
     run_loader(board, str(bitstream(board)))
 
 def flash(board: str) -> None:

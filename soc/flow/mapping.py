@@ -12,15 +12,15 @@ import re
 from collections import Counter
 from pathlib import Path
 
-# Memories of which a word is never read in the clock in which it is written, or not used then. Verilog promises the old
-# word, a block RAM does not, and Yosys makes up for it with a comparator, registers and multiplexers around each.
-# `storage` is that of LiteX's FIFOs. The simulations of cores have garbage in place of such words.
+# Memories of which no word is read in the clock in which it is written, or is not used then. Verilog promises the old
+# word, a block RAM does not, and Yosys compensates with a comparator, registers and multiplexers around each.
+# `storage` is the memory of LiteX's FIFOs. Simulations of cores get garbage in place of such words.
 COLLISION_FREE = ("storage", "column_sums", "line_buffer", "prefilter_rows", "costs", "median_rows", "message_buffer")
 
 _DECLARATION = re.compile(rf"^reg \[\d+:0\] ((?:{'|'.join(COLLISION_FREE)})(?:_\d+)?)\[0:", re.MULTILINE)
 
 def without_collision_logic(verilog: str) -> str:
-    """Verilog in which Yosys is told of the memories in `COLLISION_FREE`."""
+    """Return Verilog that tells Yosys of the memories in `COLLISION_FREE`."""
     return _DECLARATION.sub(r"(* no_rw_check *) \g<0>", verilog)
 
 def with_garbage(verilog: str) -> str:

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""The matcher alone through nextpnr, on an ECP5: does it fit, and how fast is it."""
+"""Place and route the matcher alone on an ECP5: does it fit, and how fast is it."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ SEED        = 1
 
 @dataclass(frozen=True)
 class Placement:
-    """What place and route gave."""
+    """The result of place and route."""
     mhz:   float
-    used:  dict[str, int] # Of each kind of site,
-    sites: dict[str, int] # and what the device has.
+    used:  dict[str, int] # Sites used, by kind,
+    sites: dict[str, int] # and sites of the device.
 
 def place(device: str, constraint_mhz: int, parameters: MatcherParameters) -> Placement:
-    """Place and route a matcher on a device, `25k`, `45k` or `85k`; done once for each content.
+    """Place and route a matcher on a device, `25k`, `45k` or `85k`; once for each content.
 
     Raises
     ------
@@ -55,7 +55,7 @@ def place(device: str, constraint_mhz: int, parameters: MatcherParameters) -> Pl
     )
 
 def fits(device: str, constraint_mhz: int, parameters: MatcherParameters) -> Placement | None:
-    """As `place`, but None if the design does not fit."""
+    """Place and route as `place` does, but return None if the design does not fit."""
     try:
         return place(device, constraint_mhz, parameters)
     except ToolError:

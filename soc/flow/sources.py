@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""From a board's name to what its bitstream and its flash are made of: Verilog, constraints, programs."""
+"""From a board's name to the sources of its bitstream and its flash: Verilog, constraints, programs."""
 
 from __future__ import annotations
 
@@ -20,20 +20,20 @@ from ...firmware   import FIRMWARE_DIR
 from ..build.paths import LITEX_PACKAGES, PACKAGE_DIR, build_directory, built_once, code_key, content_key, source_key
 from ..build.tools import ToolError, run_logged
 
-# What a board's Verilog, headers and libraries are generated from, apart from LiteX.
+# Sources of a board's Verilog, headers and libraries, apart from LiteX.
 GENERATED_FROM = [PACKAGE_DIR / one for one in
     ("gateware", "soc/build", "soc/parts", "soc/boards", "soc/flow/generate.py")]
 
 @dataclass(frozen=True)
 class Sources:
-    """What a bitstream is made of."""
+    """The sources of a bitstream."""
     folder:   Path # LiteX's output, with `board.json`.
     boot:     Path # boot.bin
     firmware: Path # litestereo.bin
 
     @property
     def board(self) -> dict:
-        """What `generate` says of the board."""
+        """Return what `generate` says of the board."""
         return json.loads((self.folder / "board.json").read_text())
 
     @property
@@ -43,12 +43,12 @@ class Sources:
 # Sources and Programs -----------------------------------------------------------------------------
 
 def run_python(module: str, *arguments: str, folder: Path, log: str) -> None:
-    """Run a module of this package with the tools of this environment on the path; raises ToolError."""
+    """Run a module of this package with the tools of this environment on PATH; raise ToolError if it fails."""
     path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
     run_logged(["env", f"PATH={path}", sys.executable, "-m", module, *arguments], folder, log)
 
 def sources(board: str, changes: dict | None = None) -> Sources:
-    """Generate a board's Verilog and libraries, and build its programs; done once for each content.
+    """Generate a board's Verilog and libraries, and build its programs; once for each content.
 
     Raises
     ------
@@ -75,16 +75,16 @@ def sources(board: str, changes: dict | None = None) -> Sources:
         firmware = make(FIRMWARE_DIR / "Makefile", "firmware") / "litestereo.bin")
 
 def rom_contents(boot: bytes, rom_bytes: int) -> str:
-    """The boot program as the ROM's file: a 32-bit word a line."""
+    """Return the boot program as the ROM's file: a 32-bit word per line."""
     if len(boot) > rom_bytes:
         raise ToolError(f"the boot program has {len(boot)} bytes, the ROM {rom_bytes}: enlarge rom_bytes of the board")
     boot += bytes(-len(boot) % 4)
     return "".join(f"{int.from_bytes(boot[index:index + 4], 'little'):08x}\n" for index in range(0, len(boot), 4))
 
 def flash_image(firmware: bytes) -> bytes:
-    """The firmware as the boot program and LiteX's BIOS want it in flash: length, CRC-32, program."""
+    """Return the firmware as boot program and LiteX's BIOS expect it in flash: length, CRC-32, program."""
     return len(firmware).to_bytes(4, "little") + zlib.crc32(firmware).to_bytes(4, "little") + firmware
 
 def without_dates(verilog: str) -> str:
-    """Verilog without the comments at its beginning, which hold the date and are in another order each time."""
+    """Return Verilog without its leading comments, which contain the date, in varying order."""
     return re.sub(r"^//.*?$|^/\*.*?\*/", "", verilog, flags=re.MULTILINE | re.DOTALL)

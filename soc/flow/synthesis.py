@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""The matcher alone through Yosys: what it takes of an FPGA."""
+"""Synthesize the matcher alone with Yosys: which resources of an FPGA it takes."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from ..build.paths                 import build_directory, built_once, content_k
 from ..build.tools                 import ToolError, run_logged
 from .mapping                      import without_collision_logic, without_open_carries
 
-# Families and what their primitives count as: sites of logic, carries as the sites that they take.
+# Families, and how their primitives count: sites of logic, carries as the sites that they occupy.
 FAMILIES = {
     "ECP5":      "synth_ecp5",
     "Spartan-6": "synth_xilinx -family xc6s",
@@ -51,7 +51,7 @@ PRIMITIVES = {
 # Top Level ----------------------------------------------------------------------------------------
 
 class SynthesisTop(LiteXModule):
-    """A matcher behind shift registers: two pins and the clock, and registers around everything."""
+    """A matcher behind shift registers: two pins and the clock, with registers around everything."""
     def __init__(self, matcher):
         self.matcher  = matcher
         self.cd_sys   = ClockDomain("sys")
@@ -64,7 +64,7 @@ class SynthesisTop(LiteXModule):
         add_shift_registers(self, inputs, outputs)
 
 def add_shift_registers(top, inputs, outputs):
-    """Drive `inputs` from the pin `data_in` and show `outputs` at the pin `data_out`, bit by bit, so that all count."""
+    """Drive `inputs` from the pin `data_in`, show `outputs` at the pin `data_out`, bit by bit, so that all remain."""
     shifted  = Signal(sum(len(one) for one in inputs))
     captured = Signal(sum(len(one) for one in outputs))
     shifting = Signal(len(captured))
@@ -83,7 +83,7 @@ def add_shift_registers(top, inputs, outputs):
     ]
 
 def emit(parameters: MatcherParameters) -> str:
-    """Verilog of a matcher with that top level, module `top`, without the comments that hold the date."""
+    """Return the Verilog of a matcher with that top level, module `top`, without the comments that contain the date."""
     top = SynthesisTop(Matcher(parameters))
     ios = {top.data_in, top.data_out, top.cd_sys.clk, top.cd_sys.rst}
     text = re.sub(r"^//.*$", "", str(verilog.convert(top, ios=ios, name="top")), flags=re.MULTILINE)
@@ -93,27 +93,27 @@ def emit(parameters: MatcherParameters) -> str:
 
 @dataclass(frozen=True)
 class Resources:
-    """What a design takes."""
-    lut:   int   # Sites of logic, with carries and memories in them.
-    cells: int   # LUTs alone.
+    """The resources of a design."""
+    lut:   int   # Sites of logic, including carries and memories.
+    cells: int   # LUTs only.
     ff:    int   # Flip-flops.
     bram:  float # Block RAMs.
     dsp:   int   # Multipliers.
 
 def tool(name: str) -> str:
-    """Path of a tool in this environment; raises ToolError if it is not installed."""
+    """Return the path of a tool in this environment; raise ToolError if it is not installed."""
     path = Path(sys.prefix) / "bin" / name
     if not path.is_file():
         raise ToolError(f"{name} is not installed: run .ci/install fpga, or make resources")
     return str(path)
 
 def tool_version(name: str) -> str:
-    """Return what a tool says of itself: its last line, as at its first run a WebAssembly build says more."""
+    """Return a tool's version: the last line of its output, as a WebAssembly build prints more at its first run."""
     result = subprocess.run([tool(name), "--version"], capture_output=True, text=True, check=False)
     return (result.stdout or result.stderr).strip().splitlines()[-1]
 
 def synthesize(source: str, family: str) -> Path:
-    """Folder with `stat.json` and, for ECP5, the netlist `top.json`; done once for each content."""
+    """Return the folder with `stat.json` and, for ECP5, the netlist `top.json`; once for each content."""
     script = f"read_verilog top.v; {FAMILIES[family]} -top top; tee -q -o stat.json stat -json"
     if family == "ECP5":
         script += "; write_json top.json"
@@ -126,7 +126,7 @@ def synthesize(source: str, family: str) -> Path:
     return built_once(build_directory() / "synthesis" / key, build)
 
 def resources(folder: Path, family: str) -> Resources:
-    """Counts of a synthesized design."""
+    """Return the counts of a synthesized design."""
     stat  = json.loads((folder / "stat.json").read_text())
     cells = stat["design"]["num_cells_by_type"]
     table = PRIMITIVES.get(family, PRIMITIVES["Xilinx"])
@@ -136,7 +136,7 @@ def resources(folder: Path, family: str) -> Resources:
     return Resources(cells=luts, **count)
 
 def block_rams(folder: Path) -> dict[str, int]:
-    """Block RAMs of each memory of a design synthesized for the ECP5, by the memory's name."""
+    """Return the block RAMs of each memory of a design synthesized for the ECP5, by the memory's name."""
     cells = json.loads((folder / "top.json").read_text())["modules"]["top"]["cells"]
     names = [re.sub(r"(_\d+)?\..*", "", name) for name, cell in cells.items() if cell["type"] == "DP16KD"]
     return {name: names.count(name) for name in sorted(set(names), key=names.count, reverse=True)}

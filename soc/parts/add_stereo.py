@@ -13,7 +13,7 @@ from ...gateware.peripherals.stereo_peripheral import StereoPeripheral
 # Bus Ports ----------------------------------------------------------------------------------------
 
 class BusPorts:
-    """Memory ports that are masters of the SoC's own bus (or of the CPU's coherent DMA bus, if it has one).
+    """Memory ports that are masters of the SoC's bus (or of the CPU's coherent DMA bus, if it has one).
 
     They work everywhere, but share the bus with the CPU: expect several clocks per pixel.
     """
@@ -45,14 +45,14 @@ class StereoMixin:
         parameters : MatcherParameters
             What is built: widest frame, largest number of disparities, largest block size, optional stages.
         name : str
-            Of the peripheral: prefix of its registers, and name of its interrupt.
+            Prefix of the peripheral's registers, and name of its interrupt.
         memory : object with `get_port(mode=...)`, optional
-            Where the DMA gets its ports: `self.sdram.crossbar` of a SDRAM without L2 cache (the crossbar goes
-            past it), a `WideRAM`, or by default the SoC's bus.
+            Source of the DMA's ports: `self.sdram.crossbar` of a SDRAM without L2 cache (the crossbar bypasses
+            it), a `WideRAM`, or by default the SoC's bus.
         burst_bytes : int
-            Bytes read or written in one go.
+            Bytes of a burst.
         clock_domain : str
-            Of matcher and DMA, where `sys` is too slow for them: see `StereoPeripheralCrossing`.
+            Clock domain of matcher and DMA, if `sys` is too slow for them: see `StereoPeripheralCrossing`.
         """
         self.check_if_exists(name)
         if memory is None:

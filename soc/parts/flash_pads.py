@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Pads of a flash as LiteX's `SPIMaster` wants them: clk, cs_n, mosi, miso."""
+"""Pads of a flash as LiteX's `SPIMaster` expects them: clk, cs_n, mosi, miso."""
 
 from migen import *
 from migen.fhdl.specials import Tristate
@@ -11,7 +11,7 @@ from migen.fhdl.specials import Tristate
 from litex.gen import *
 
 class ECP5FlashPads(LiteXModule):
-    """The configuration flash of an ECP5, which has that clock at a primitive, not at a pin."""
+    """The configuration flash of an ECP5, whose clock is at a primitive, not at a pin."""
     def __init__(self, pads):
         self.clk  = Signal() # To the primitive.
         self.cs_n = pads.cs_n
@@ -30,7 +30,7 @@ class FlashPads(LiteXModule):
         self.cs_n = pads.cs_n
         if hasattr(pads, "dq"):
             self.mosi, self.miso, wp, hold = pads.dq
-            # An assignment to two of the pins would drive the other two as well.
+            # An assignment to two of the pins would drive the other two too.
             self.specials += [Tristate(pin, o=1, oe=1) for pin in (wp, hold)]
         else:
             self.mosi = pads.mosi
@@ -38,7 +38,7 @@ class FlashPads(LiteXModule):
             hold_high(self, pads)
 
 def hold_high(module, pads):
-    """Drive the pins that a flash has for the wider modes alone."""
+    """Drive high those pins of a flash that only its wider modes use."""
     for name in ("wp", "hold"):
         if hasattr(pads, name):
             module.comb += getattr(pads, name).eq(1)

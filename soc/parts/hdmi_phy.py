@@ -15,17 +15,17 @@ from litex.soc.interconnect    import stream
 # Serializer ---------------------------------------------------------------------------------------
 
 class Serializer(LiteXModule):
-    """Ten bits for five clocks, two in each: a shift register, as LiteX's gearbox takes most of a clock of 8 ns.
+    """Ten bits in five clocks, two per clock: a shift register, because LiteX's gearbox takes most of a clock of 8 ns.
 
-    It is reset with its clock domain; a word may be cut short then.
+    It is reset with its clock domain, which may truncate a word.
     """
     def __init__(self):
-        self.sink = sink = stream.Endpoint([("data", 10)]) # A word, the lowest bit first.
-        self.bits = bits = Signal(2)                       # The lower one goes first.
+        self.sink = sink = stream.Endpoint([("data", 10)]) # A word, least significant bit first.
+        self.bits = bits = Signal(2)                       # The lower bit is sent first.
 
         # # #
 
-        remaining = Signal(max=5) # Bit pairs that wait after `bits`.
+        remaining = Signal(max=5) # Bit pairs queued after `bits`.
         shift     = Signal(10)
         self.comb += [
             sink.ready.eq(remaining == 0),
@@ -35,7 +35,7 @@ class Serializer(LiteXModule):
             shift.eq(shift[2:]),
             remaining.eq(remaining - 1),
             If(remaining == 0,
-                # Once one has come in time, all do: the other side has one in five clocks as well.
+                # If one word comes in time, all do: the other side also has one in five clocks.
                 shift.eq(sink.data),
                 remaining.eq(4),
             ),
@@ -44,7 +44,7 @@ class Serializer(LiteXModule):
 # HDMI Channel -------------------------------------------------------------------------------------
 
 class HDMIChannel(LiteXModule):
-    """One colour, coded and in series.
+    """One colour, encoded and serialized.
 
     Parameters
     ----------

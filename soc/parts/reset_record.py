@@ -12,9 +12,9 @@ from litex.soc.interconnect.csr import *
 # Reset Record -------------------------------------------------------------------------------------
 
 class ResetRecord(LiteXModule):
-    """Two words that a reset of the SoC leaves as they are, for software to say there why it comes.
+    """Two words that survive a reset of the SoC, in which software records the reason for the reset.
 
-    Both are 0 after power-up. What they mean is the firmware's affair: see `include/litestereo/reset.h` there.
+    Both are 0 after power-up. The firmware defines their meaning: see `include/litestereo/reset.h` there.
     """
     def __init__(self):
         self._cause = CSRStorage(32, reset_less=True, description="Why the SoC was reset; 0 after power-up.")

@@ -16,10 +16,10 @@ from ...gateware.common.stream_register import add_register
 # Screen Arbiter -----------------------------------------------------------------------------------
 
 class ScreenArbiter(LiteXModule):
-    """Give the memory to the screen alone from when a quarter of its FIFO is left until the FIFO is almost full.
+    """Give the memory to the screen alone from when its FIFO is down to a quarter until it is almost full.
 
-    The matcher takes all that the memory can give, and a screen does not wait. Between its turns the screen asks for
-    nothing: a single word of it would cost the other masters an open row of the RAM. It is reset with its clock
+    The matcher takes all bandwidth of the memory, and a screen does not wait. Between its turns the screen requests
+    nothing: a single word would cost the other masters an open row of the RAM. It is reset with its clock
     domain alone.
 
     Parameters
@@ -34,7 +34,7 @@ class ScreenArbiter(LiteXModule):
 
         # # #
 
-        count  = Signal(max=words + 1) # Words that were asked for and have not left the FIFO.
+        count  = Signal(max=words + 1) # Words requested that have not yet come out of the FIFO.
         asked  = Signal()
         leaves = Signal()
         self.comb += [
@@ -46,7 +46,7 @@ class ScreenArbiter(LiteXModule):
             If(leaves & ~asked, count.eq(count - 1)),
             If(count <= words//4, screen_turn.eq(1)),
             If(count >= words - words//8, screen_turn.eq(0)),
-            # While it is off, the reader asks for nothing, and its FIFO is emptied.
+            # While the screen is off, the reader requests nothing, and its FIFO is emptied.
             If(~dma.enable,
                 count.eq(0),
                 screen_turn.eq(0),

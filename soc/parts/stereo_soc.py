@@ -18,7 +18,7 @@ from .reset_record   import ResetRecord
 class StereoSoC(StereoMixin, FrameLinkMixin, SoCCore):
     """The SoC of every target: VexRiscv, main memory, matcher and link.
 
-    A target says what differs by overriding `add_clocking`, `add_main_memory` and `add_link`.
+    A target overrides `add_clocking`, `add_main_memory` and `add_link`.
 
     Parameters
     ----------
@@ -27,9 +27,9 @@ class StereoSoC(StereoMixin, FrameLinkMixin, SoCCore):
     sys_clk_freq : int
         System clock in Hz.
     parameters, burst_bytes, matcher_clock_domain
-        Of the matcher: see `StereoMixin.add_stereo`.
+        Parameters of the matcher: see `StereoMixin.add_stereo`.
     name : str
-        What the device calls itself, at most 15 ASCII characters.
+        Name that the device reports, at most 15 ASCII characters.
     **kwargs
         Passed on to `SoCCore`.
     """
@@ -40,9 +40,9 @@ class StereoSoC(StereoMixin, FrameLinkMixin, SoCCore):
             cpu_type     = "vexriscv",
             cpu_variant  = "standard",
             timer_uptime = True,
-            # The firmware polls: deep enough for what arrives while it does something else.
+            # The firmware polls: deep enough for what arrives between two polls.
             uart_fifo_depth = 256,
-            # Resets the SoC if the firmware does not come round any more; until then it has time to say so.
+            # Resets the SoC if the firmware hangs; until then its interrupt can record the reason.
             with_watchdog        = True,
             watchdog_reset_delay = sys_clk_freq//20,
         )
@@ -65,11 +65,11 @@ class StereoSoC(StereoMixin, FrameLinkMixin, SoCCore):
     # Hooks ----------------------------------------------------------------------------------------
 
     def add_clocking(self, platform, sys_clk_freq):
-        """Create the clock domain `sys`, and the matcher's if that is another."""
+        """Create the clock domain `sys`, and the matcher's if that is another one."""
         raise NotImplementedError
 
     def add_main_memory(self):
-        """Add the region `main_ram`; return what `add_stereo` takes as `memory`."""
+        """Add the region `main_ram`; return the argument `memory` of `add_stereo`."""
         raise NotImplementedError
 
     def add_link(self):

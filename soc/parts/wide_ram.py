@@ -14,8 +14,8 @@ from litex.soc.interconnect import wishbone
 class WideRAM(LiteXModule):
     """On-chip RAM with two sides: one for the SoC's bus, one for DMA, both `data_width` bits wide.
 
-    With a side for itself the DMA neither waits for the CPU nor slows it down, and a wide word makes up for the two
-    clocks that a classic Wishbone access takes. `get_port` hands out DMA ports as LiteDRAM's crossbar does.
+    With a separate side the DMA neither waits for the CPU nor slows it down, and a wide word compensates for the two
+    clocks of a classic Wishbone access. `get_port` returns DMA ports as LiteDRAM's crossbar does.
     """
     def __init__(self, size, data_width=128, init=None, name="main_ram"):
         memory      = Memory(data_width, size//(data_width//8), init=init, name=name)
@@ -26,7 +26,7 @@ class WideRAM(LiteXModule):
         self.masters = []
 
     def get_port(self, mode="both"):
-        """New port of the DMA side; `mode` is "read", "write" or "both"."""
+        """Return a new port of the DMA side; `mode` is "read", "write" or "both"."""
         port = wishbone.Interface(data_width=self.dma.data_width, address_width=32, addressing="word", mode={
             "read": "r", "write": "w", "both": "rw"}[mode])
         self.masters.append(port)

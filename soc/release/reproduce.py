@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Builds the firmware twice, from copies of all sources in two folders, and compares the binaries bit by bit."""
+"""Build the firmware twice, from copies of all sources in two folders, and compare the binaries bit by bit."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ from ...firmware   import FIRMWARE_DIR
 from ..build.paths import PACKAGE_DIR, build_directory
 from ..build.tools import ToolError, run_logged
 
-#: What headers, libraries and programs are made of, apart from this package.
+#: Sources of headers, libraries and programs, apart from this package.
 PACKAGES = ("litedram", "liteeth", "litespi", "litex", "litex_boards", "migen", "pythondata_cpu_vexriscv",
             "pythondata_software_compiler_rt", "pythondata_software_picolibc")
 OURS     = ("firmware", "gateware", "host_tools", "sim", "soc")
 
-#: The two builds: a folder, and what is other in its environment. A binary that holds a date differs by the last three.
+#: The two builds: a folder, and the differences in its environment. A binary with a date differs by the last three.
 BUILDS = (("one", {}),
           ("another/place", {"LC_ALL": "C", "TZ": "Asia/Tokyo", "SOURCE_DATE_EPOCH": "1"}))
 
@@ -35,7 +35,7 @@ PROGRAMS = {"litestereo.bin": "Makefile", "boot.bin": "boot/Makefile"}
 
 
 def copy_sources(folder: Path) -> None:
-    """Copy all Python packages that have a part in the firmware, ours among them, to a folder."""
+    """Copy all Python packages that contribute to the firmware, this one among them, to a folder."""
     for name in PACKAGES:
         spec = find_spec(name)
         if spec is None or spec.origin is None:
@@ -46,12 +46,12 @@ def copy_sources(folder: Path) -> None:
 
 
 def build_libraries(board: str, packages: Path, output: Path, environment: dict[str, str]) -> None:
-    """Have LiteX write headers and build libraries for a board, by the packages in a folder."""
+    """Make LiteX write headers and build libraries for a board, from the packages in a folder."""
     output.mkdir(parents=True)
     command = ["litestereo.soc.flow.generate", board, str(output), "{}"]
     path = os.pathsep.join((str(packages), sysconfig.get_path("purelib")))
-    # Without -S the checkout that is installed here would come first.
-    # Neither takes the other's C library.
+    # Without -S the installed checkout would come first.
+    # The builds do not share a C library.
     _run([sys.executable, "-S", "-m", *command], output,
          environment | {"PYTHONPATH": path, "LITESTEREO_BUILD": str(output / "build")}, "libraries.log")
 
@@ -69,7 +69,7 @@ def _run(command: list[str], folder: Path, environment: dict[str, str], log: str
 
 
 def build_all(folder: Path, environment: dict[str, str]) -> Iterator[tuple[str, Path]]:
-    """Build everything from nothing in an empty folder; yields what each binary is, and its path."""
+    """Build everything from scratch in an empty folder; yield name and path of each binary."""
     packages = folder / "packages"
     copy_sources(packages)
     for board in BOARDS:
@@ -82,12 +82,12 @@ def build_all(folder: Path, environment: dict[str, str]) -> Iterator[tuple[str, 
 
 
 def sha256(path: Path) -> str:
-    """Checksum of a file."""
+    """Return the checksum of a file."""
     return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
 def main() -> int:
-    """Build twice and print both sums of each binary; returns the exit status."""
+    """Build twice and print both checksums of each binary; return the exit status."""
     root = build_directory() / "reproduce"
     shutil.rmtree(root, ignore_errors=True)
     try:

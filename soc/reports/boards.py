@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Lists the boards and their presets, and writes docs/boards.md from the reports of place and route."""
+"""List the boards and their presets, and write docs/boards.md from the reports of place and route."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ bitstream. Wiring and first steps are on the page of each board.
 SITES = {"TRELLIS_COMB": "combinational", "TRELLIS_FF": "FF", "DP16KD": "block RAM", "MULT18X18D": "DSP"}
 
 def preset_row(board: str) -> list:
-    """A board and its preset."""
+    """Return a board and its preset as a row."""
     preset = soc_class(board).preset
     return [board, preset.disparities, preset.max_block_size, ", ".join(preset.features), preset.cpu_variant,
         f"{preset.sys_clk_freq/1e6:g}", f"{preset.pixels_per_second/1e6:g}", f"{preset.frames_per_second:.1f}"]
@@ -42,11 +42,11 @@ PRESET_COLUMNS = ["board", "disparities", "block", "features", "VexRiscv", "syst
     "frames per second"]
 
 def preset_text() -> str:
-    """What is built for each board."""
+    """Return a description of each board's configuration."""
     return table(PRESET_COLUMNS, [preset_row(board) for board in BOARDS])
 
 def site_row(board: str, built: dict) -> list:
-    """What a board's bitstream takes."""
+    """Return the resources of a board's bitstream as a row."""
     sites = built["report"]["utilization"]
     pairs = [(sites[kind]["used"], sites[kind]["available"]) for kind in SITES]
     cells = [f"{used} of {available} ({100*used//available} %)" for used, available in pairs]
@@ -54,7 +54,7 @@ def site_row(board: str, built: dict) -> list:
         f"`{built['commit']}`"]
 
 def clock_rows(board: str, built: dict) -> list[list]:
-    """The clocks of a board's bitstream."""
+    """Return the clocks of a board's bitstream as rows."""
     return [[board, f"`{clock_name(net)}`", f"{clock['constraint']:.1f}", f"{clock['achieved']:.1f}"]
         for net, clock in sorted(built["report"]["fmax"].items())]
 
@@ -67,7 +67,7 @@ SoC before placement.
 COUNT_COLUMNS = ["board", "tool", "sites of logic", "FF", "block RAM", "DSP"]
 
 def count_row(board: str, counted: Resources) -> list:
-    """What Yosys counts of a board."""
+    """Return Yosys's counts of a board as a row."""
     there = vendor.AVAILABLE[board]
     cells = [f"{getattr(counted, kind):g} of {getattr(there, kind)}" for kind in ("lut", "ff", "bram", "dsp")]
     return [f"[{board}](boards/{board}.md)", VENDOR_TOOLS[board], *cells]
@@ -84,7 +84,7 @@ PEER_COLUMNS = ["system", "method", "images", "disparities", "frames per second"
     "device"]
 
 def peer_rows(builds: dict[str, dict]) -> list[list]:
-    """The boards that are built, and published systems, by disparities that are evaluated in a second."""
+    """Return the boards and published systems as rows, by the disparities evaluated per second."""
     rows = [(peer.evaluations, [peer.name, peer.method, f"{peer.width} x {peer.height}", peer.disparities,
         f"{peer.frames:g}", f"{peer.evaluations/1e6:,.0f}", peer.device]) for peer in PEERS]
     for board, built in builds.items():
@@ -95,12 +95,12 @@ def peer_rows(builds: dict[str, dict]) -> list[list]:
     return [row for _, row in sorted(rows, key=lambda item: -item[0])]
 
 def document(builds: dict[str, dict], counted: dict[str, Resources]) -> str:
-    """The document, of what was built of each board, and what Yosys counts of those in `VENDOR_TOOLS`.
+    """Return the document, from the builds of each board, and Yosys's counts of those in `VENDOR_TOOLS`.
 
     Raises
     ------
     ToolError
-        A clock of a build is not met.
+        A build misses a clock.
     """
     for board, built in builds.items():
         check_clocks(board, built["report"])
@@ -128,7 +128,7 @@ def key() -> str:
 PAGE = Page("docs/boards.md", "boards-doc", key, minutes=120)
 
 def main() -> int:
-    """Print the presets for `list`, else write the document; return the exit status: 1 if a board is not in it."""
+    """Print the presets for `list`, else write the document; return the exit status: 1 if a board is missing."""
     if sys.argv[1:] == ["list"]:
         print(preset_text())
         return 0
@@ -146,7 +146,7 @@ def main() -> int:
     if len(builds) == len(OPEN_BOARDS):
         PAGE.write(text)
     else:
-        # Of less than all boards: it is stale until all are built.
+        # Not of all boards: the page is stale until all are built.
         PAGE.path.write_text(text)
     print(PAGE.path.read_text())
     return 0 if len(builds) == len(OPEN_BOARDS) else 1

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""What the pages have in common."""
+"""Parts that the pages share."""
 
 from ..flow.synthesis import tool_version
 

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Write docs/network.md: what Ethernet and frame link take of an ECP5, and whether each clock keeps up with a wire."""
+"""Write docs/network.md: the resources of Ethernet and frame link on an ECP5, and whether each clock is met."""
 
 from __future__ import annotations
 
@@ -33,11 +33,11 @@ from .markdown                          import table, tools
 
 DEVICE   = "25k"
 
-# Clock and what it has to reach, in MHz: sys is that of a Colorlight i5, the other the wire's, a byte each.
+# Clocks and the frequencies that they must reach, in MHz: sys is a Colorlight i5's, the other the wire's, a byte each.
 CONSTRAINTS = {"sys": 60, "eth_rx": 125}
 PINS        = {"sys": "sys_clk", "eth_rx": "rgmii_clock_rx"}
 
-# RGMII of a Colorlight i5: nextpnr wants to know where pins with delays are.
+# RGMII of a Colorlight i5: nextpnr needs the places of pins with delays.
 SITES = {
     "rgmii_clock_tx": ["G1"],
     "rgmii_clock_rx": ["H2"],
@@ -125,7 +125,7 @@ def key() -> str:
 PAGE = Page("docs/network.md", "network", key, minutes=10)
 
 def place() -> dict:
-    """Return nextpnr's report; made once for each content."""
+    """Return nextpnr's report; it is made once for each content."""
     source, limits, script, options = inputs()
     def build(folder: Path) -> None:
         (folder / "top.v").write_text(source)
@@ -139,7 +139,7 @@ def place() -> dict:
     return json.loads((folder / "report.json").read_text())
 
 def document(report: dict) -> str:
-    """The document."""
+    """Return the document."""
     rows = []
     for name, mhz in CONSTRAINTS.items():
         (achieved,) = (clock["achieved"] for net, clock in report["fmax"].items() if PINS[name] in net)
@@ -153,7 +153,7 @@ def document(report: dict) -> str:
         "combinational site is a LUT4 or half a carry.\n"])
 
 def main() -> int:
-    """Write the document; returns the exit status: 1 if a clock is too slow."""
+    """Write the document; return the exit status: 1 if a clock is too slow."""
     try:
         text = document(place())
     except ToolError as error:

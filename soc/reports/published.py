@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""What other systems reach, by their own publications; rates of evaluations are computed from the rest."""
+"""Figures of other systems, from their publications; rates of evaluations are computed from the rest."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Peer:
 
     @property
     def evaluations(self) -> float:
-        """Disparities that are evaluated in a second."""
+        """Return the disparities evaluated per second."""
         return self.width*self.height*self.disparities*self.frames
 
 PEERS = (

@@ -34,7 +34,7 @@ DOCUMENT = DOCS / "registers.md"
 BEGIN    = "<!-- generated: begin -->"
 END      = "<!-- generated: end -->"
 
-BUS_BYTES = 4 # Of LiteX's CSR bus by default: a longer register takes several words.
+BUS_BYTES = 4 # Width of LiteX's CSR bus by default: a longer register takes several words.
 
 # LiteX describes each of an EventManager's registers by its last event.
 EVENT_REGISTERS = {
@@ -46,18 +46,18 @@ EVENT_REGISTERS = {
 # Peripheral ---------------------------------------------------------------------------------------
 
 def default_peripheral() -> StereoPeripheral:
-    """The peripheral with its default parameters, on Wishbone ports of 128 bits."""
+    """Return the peripheral with its default parameters, on Wishbone ports of 128 bits."""
     return StereoPeripheral(*wishbone_ports(), MatcherParameters())
 
 def default_frame_link() -> FrameLink:
-    """The frame link with its default parameters, on the same ports."""
+    """Return the frame link with its default parameters, on the same ports."""
     return FrameLink(*wishbone_ports(), convert_ip(IP_ADDRESS), UDP_PORT)
 
 def wishbone_ports() -> list[wishbone.Interface]:
-    """Two ports, of which the first reads and the second writes."""
+    """Return two ports: the first reads, the second writes."""
     return [wishbone.Interface(data_width=128, address_width=32, addressing="word") for _ in range(2)]
 
-#: What each document describes.
+#: The peripheral of each document.
 PERIPHERALS = {DOCUMENT: default_peripheral, DOCS / "frame_link_registers.md": default_frame_link}
 
 def map_key(peripheral: Callable) -> str:
@@ -68,30 +68,30 @@ PAGES = [Page(f"docs/{path.name}", "registers", partial(map_key, peripheral))
     for path, peripheral in PERIPHERALS.items()]
 
 def event_descriptions(module) -> dict[int, str]:
-    """Description of each register of the module's EventManagers, by the register's duid."""
+    """Return the description of each register of the module's EventManagers, by the register's duid."""
     managers = [value for value in vars(module).values() if isinstance(value, EventManager)]
     return {getattr(manager, name).duid: text for manager in managers for name, text in EVENT_REGISTERS.items()}
 
 def fields_of(csr) -> list[CSRField]:
-    """Fields of a register, from bit 0 up."""
+    """Return the fields of a register, from bit 0 up."""
     return csr.fields.fields if hasattr(csr, "fields") else []
 
 # Cells --------------------------------------------------------------------------------------------
 
 def one_line(text: str | None) -> str:
-    """A description as a cell of a table."""
+    """Return a description as a cell of a table."""
     return " ".join((text or "").split()).replace("|", "\\|")
 
 def access(csr) -> str:
-    """How software may use a register."""
+    """Return how software may access a register."""
     return "r" if isinstance(csr, CSRStatus) and csr.read_only else "rw"
 
 def field_access(csr, field: CSRField) -> str:
-    """How software may use a field."""
+    """Return how software may access a field."""
     return "w, pulse" if field.pulse else access(csr)
 
 def reset_value(csr, driven: set) -> str:
-    """Value after reset, where it is fixed: of what software writes, and of what nothing drives."""
+    """Return the value after reset, where it is fixed: in what software writes, and in what nothing drives."""
     if isinstance(csr, CSRStorage):
         value = csr.storage.reset.value
     elif isinstance(csr, CSRStatus) and not driven & {csr.status, *fields_of(csr)}:
@@ -101,18 +101,18 @@ def reset_value(csr, driven: set) -> str:
     return f"{value}" if value < 10 else f"{value} ({value:#x})"
 
 def bits(field: CSRField) -> str:
-    """Place of a field in its register."""
+    """Return the position of a field in its register."""
     return f"{field.offset}" if field.size == 1 else f"{field.offset + field.size - 1}:{field.offset}"
 
 def field_description(field: CSRField) -> str:
-    """Description of a field and of its values."""
+    """Return the description of a field and of its values."""
     values = [f"{value}: {one_line(names[-1])}" for value, *names in field.values or []]
     return " ".join([one_line(field.description), *values])
 
 # Document -----------------------------------------------------------------------------------------
 
 def register_map(peripheral) -> Iterator[str]:
-    """Lines of the peripheral's documentation in Markdown."""
+    """Yield the lines of the peripheral's documentation in Markdown."""
     csrs         = peripheral.get_csrs(sort=True)
     fragment     = peripheral.get_fragment()
     driven       = list_targets([fragment.comb, *fragment.sync.values()])
@@ -142,7 +142,7 @@ def register_map(peripheral) -> Iterator[str]:
             yield f"| {bits(field)} | `{field.name}` | {field_access(csr, field)} | {field_description(field)} |"
 
 def generate(text: str, peripheral) -> str:
-    """The document with what stands between its markers made anew; ValueError if it has no markers."""
+    """Return the document with new text between its markers; raise ValueError if it has no markers."""
     pattern = re.compile(f"({re.escape(BEGIN)}\n).*(^{re.escape(END)})", re.MULTILINE | re.DOTALL)
     if not pattern.search(text):
         raise ValueError(f"there are no lines {BEGIN} and {END}")
@@ -154,7 +154,7 @@ def generate(text: str, peripheral) -> str:
 # Command ------------------------------------------------------------------------------------------
 
 def main(arguments: Sequence[str] | None = None, peripherals: Mapping[Path, Callable] = PERIPHERALS) -> int:
-    """Write the documents, or with `--check` say whether they are up to date; returns the exit status."""
+    """Write the documents, or with `--check` say whether they are up to date; return the exit status."""
     parser = argparse.ArgumentParser(prog="python -m litestereo.soc.reports.registers",
         description="Write the register maps in docs/.")
     parser.add_argument("--check", action="store_true", help="write nothing; exit status 1 if a file is stale")
@@ -162,7 +162,7 @@ def main(arguments: Sequence[str] | None = None, peripherals: Mapping[Path, Call
     return max(update(document, peripheral, options.check) for document, peripheral in peripherals.items())
 
 def update(document: Path, peripheral: Callable, check: bool) -> int:
-    """Write one document, or say whether it is up to date; returns the exit status."""
+    """Write one document, or say whether it is up to date; return the exit status."""
     try:
         text = document.read_text()
         new  = generate(text, peripheral())

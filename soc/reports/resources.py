@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Writes docs/resources.md: what the matcher alone takes of several FPGAs, and how fast it is on an ECP5."""
+"""Write docs/resources.md: the resources of the matcher alone on several FPGAs, and its speed on an ECP5."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ MAX_WIDTH = 640
 BARE      = ("raw",)
 
 def built(disparities: int, max_block_size: int, features) -> MatcherParameters:
-    """Return the parameters of a build, all of which are of one width."""
+    """Return the parameters of a build; all builds have one width."""
     return MatcherParameters(MAX_WIDTH, disparities=disparities, max_block_size=max_block_size, features=features)
 
 # On the ECP5, and on all families.
@@ -36,9 +36,9 @@ ECP5_BUILDS = [
     built(32, 15, OPENCV_FEATURES),
 ]
 ALL_BUILDS  = [built(16, 9, BARE), built(16, 9, OPENCV_FEATURES), built(64, 15, OPENCV_FEATURES)]
-FULL        = built(64, 15, FEATURES) # What each feature is taken from, to see what it costs.
+FULL        = built(64, 15, FEATURES) # What each feature is removed from, to measure its cost.
 
-# What the table of memories is about; and what does not fit the smallest device, of so many block RAMs and sites.
+# Build of the table of memories; and one that does not fit the smallest device, with its block RAMs and sites.
 MEMORY_BUILD       = built(64, 15, OPENCV_FEATURES)
 SMALL_DEVICE_BUILD = built(64, 9, OPENCV_FEATURES)
 SMALL_DEVICE_BRAM  = 56
@@ -68,23 +68,23 @@ resources`.
 """
 
 def name_of(build: MatcherParameters) -> str:
-    """What the features of a build are called."""
+    """Return the name of a build's features."""
     names = {frozenset(BARE): "bare", frozenset(OPENCV_FEATURES): "OpenCV", frozenset(FEATURES): "all"}
     return names.get(build.features, " ".join(name for name in FEATURES if name in build.features))
 
 def cells_of(build: MatcherParameters) -> list:
-    """The cells of a table that say which build it is."""
+    """Return the cells of a table that name the build."""
     return [build.disparities, build.max_block_size, name_of(build)]
 
 def synthesized(family: str, build: MatcherParameters) -> Resources:
-    """Resources of a build on a family, with a line of progress."""
+    """Return the resources of a build on a family, and print a line of progress."""
     result = resources(synthesize(emit(build), family), family)
     print(f"resources: {family}, {build.disparities} disparities, block {build.max_block_size}, {name_of(build)}: "
         f"{result}", flush=True)
     return result
 
 def row(build: MatcherParameters, result: Resources) -> list:
-    """A build and what it takes, in all and per disparity."""
+    """Return a build and its resources, in total and per disparity."""
     disparities = build.disparities
     return [*cells_of(build), result.lut, result.cells, result.ff, f"{result.bram:g}", result.dsp,
         round(result.lut/disparities), round(result.cells/disparities), round(result.ff/disparities),
@@ -94,20 +94,20 @@ COLUMNS = ["disparities", "block", "features", "LUT", "LUT cells", "FF", "BRAM",
     "LUT cells per disparity", "FF per disparity", "BRAM per disparity"]
 
 def feature_table(full: Resources, without: dict[str, Resources]) -> str:
-    """What each feature costs: the difference between everything and everything but it."""
+    """Return the cost of each feature: the difference between the full build and the build without it."""
     rows = [[feature, full.lut - less.lut, full.ff - less.ff, f"{full.bram - less.bram:g}", full.dsp - less.dsp,
         round((full.lut - less.lut)/FULL.disparities, 1)] for feature, less in without.items()]
     return table(["feature", "LUT", "FF", "BRAM", "DSP", "LUT per disparity"], rows)
 
 def memory_section() -> str:
-    """Every block RAM by the memory that it is a part of."""
+    """Return every block RAM by the memory that it is part of."""
     disparities, block, name = cells_of(MEMORY_BUILD)
     counts = block_rams(synthesize(emit(MEMORY_BUILD), "ECP5"))
     return (f"## Where the block RAMs are\n\n{disparities} disparities, block {block}, {name}, ECP5.\n\n"
         + table(["memory", "BRAM"], [[f"`{name}`", count] for name, count in counts.items()]))
 
 def small_device_section(result: Resources) -> str:
-    """What the smallest device would have to trade."""
+    """Return the alternatives for the smallest device."""
     disparities, block, name = cells_of(SMALL_DEVICE_BUILD)
     return (f"## The LFE5U-25F\n\n{disparities} disparities at block {block} with all of {name}'s stages take "
         f"{result.bram:g} block RAMs and {result.lut} sites of logic; the LFE5U-25F has {SMALL_DEVICE_BRAM} and "
@@ -116,7 +116,7 @@ def small_device_section(result: Resources) -> str:
         "the largest memory.\n")
 
 def placement_row(case: tuple, result: Placement | None) -> list:
-    """A placement, or that there is none."""
+    """Return a placement, or that there is none."""
     device, constraint, build = case
     first = [f"LFE5U-{device.upper()[:-1]}F", *cells_of(build), constraint]
     if result is None:
@@ -130,12 +130,12 @@ def without_builds() -> dict[str, MatcherParameters]:
         else set())) for feature in FEATURES}
 
 def syntheses() -> list[tuple[str, MatcherParameters]]:
-    """Return family and build of everything that is synthesized."""
+    """Return family and build of each synthesis."""
     return [*(("ECP5", build) for build in [*ECP5_BUILDS, *without_builds().values()]),
         *((family, build) for family in FAMILIES if family != "ECP5" for build in ALL_BUILDS)]
 
 def key() -> str:
-    """Return the content key of the page: the Verilog of all builds, how they are built, and the tools."""
+    """Return the content key of the page: the Verilog of all builds, the build's settings, and the tools."""
     builds  = {build for _, build in syntheses()} | {build for *_, build in PLACEMENTS}
     scripts = [repr((FAMILIES, PRIMITIVES, PACKAGE, SPEED_GRADE, SEED, PLACEMENTS)), FPGA_LOCK.read_text()]
     sources = [PACKAGE_DIR / one for one in ("gateware", "soc/flow", "soc/reports/resources.py", ".ci/lock/fpga.txt")]
@@ -144,7 +144,7 @@ def key() -> str:
 PAGE = Page("docs/resources.md", "resources", key, minutes=60)
 
 def document() -> str:
-    """Return the document; build what has not been built yet."""
+    """Return the document; build what is missing."""
     jobs = syntheses()
     with ThreadPoolExecutor(2) as pool:
         results = dict(zip(jobs, pool.map(lambda job: synthesized(*job), jobs)))
@@ -167,7 +167,7 @@ def document() -> str:
     return "\n".join(parts)
 
 def main() -> int:
-    """Write the document; returns the exit status."""
+    """Write the document; return the exit status."""
     try:
         text = document()
     except ToolError as error:

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Writes what others know of the tables in gateware/common: C headers, Python modules and tables of the protocol.
+"""Write the files generated from the tables in gateware/common: C headers, Python modules and tables of the protocol.
 
 `--check` compares instead, and fails if something is stale.
 """
@@ -408,7 +408,7 @@ def protocol_tables() -> dict[str, str]:
     }
 
 def protocol(text: str) -> str:
-    """Return the protocol's document with its tables made anew; raises ValueError if a marker is missing."""
+    """Return the protocol's document with new tables; raise ValueError if a marker is missing."""
     for name, made in protocol_tables().items():
         begin, end = (f"<!-- generated {name}: {word} -->\n" for word in ("begin", "end"))
         pattern    = re.compile(f"({re.escape(begin)}).*({re.escape(end)})", re.DOTALL)

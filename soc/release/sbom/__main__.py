@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Writes docs/sbom.cdx.json and docs/licences.md: what bitstream, firmware and host tools are made of."""
+"""Write docs/sbom.cdx.json and docs/licences.md: the components of bitstream, firmware and host tools."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from .documents  import cyclonedx, table
 
 
 def key() -> str:
-    """Return the content key of both documents: what is locked, and what the project asks for."""
+    """Return the content key of both documents: the locked packages, and the project's requirements."""
     sources = [CHECKOUT / "pyproject.toml", *sorted((CHECKOUT / ".ci" / "lock").glob("*.txt"))]
     return content_key([path.read_bytes() for path in sources])
 
@@ -28,7 +28,7 @@ PAGE = Page("docs/licences.md", "sbom", key)
 
 
 def documents() -> dict[str, str]:
-    """Name and text of each document, from the packages that are installed.
+    """Return name and text of each document, from the installed packages.
 
     Raises
     ------
@@ -44,7 +44,7 @@ def documents() -> dict[str, str]:
 
 
 def main() -> int:
-    """Write both; returns the exit status."""
+    """Write both; return the exit status."""
     if not (CHECKOUT / "pyproject.toml").is_file():
         print("sbom: error: this is not a checkout of LiteStereo: run make sbom in one", file=sys.stderr)
         return 1

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""The components of the products: packages of the lock, with what is known of them where they are installed."""
+"""The components of the products: packages of the lock, with their installed metadata."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ LOCK     = ".ci/lock/test.txt"
 
 BITSTREAM, FIRMWARE, HOST_TOOLS = "bitstream", "firmware", "host tools"
 
-#: What goes into bitstream and firmware, and what of it. All else that the project needs is looked up.
+#: Packages of bitstream and firmware, and their parts in these. All other requirements are looked up.
 EMBEDDED = {
     "litex":                           {BITSTREAM: "SoC, bus, UART, timer",
                                         FIRMWARE: "libbase, liblitedram, start-up code"},
@@ -38,10 +38,10 @@ EMBEDDED = {
     "pythondata-software-compiler-rt": {FIRMWARE: "arithmetic that the CPU has no instructions for"},
 }
 
-#: In no product: what compiles libraries, what only simulators hold, and what no board's gateware uses.
+#: Packages of no product: they compile libraries, are only in simulators, or in no board's gateware.
 NOWHERE = ("meson", "ninja", "pythondata-misc-tapcfg", "litespi")
 
-#: Libraries that a firmware's link map names, and the packages that they come from.
+#: Libraries that a firmware's link map names, and their packages.
 LIBRARIES = {"libbase": "litex", "liblitedram": "litex", "libc": "pythondata-software-picolibc",
              "libcompiler_rt": "pythondata-software-compiler-rt"}
 
@@ -51,15 +51,15 @@ HOST_EXTRAS = ("view", "ros", "cluster", "plots")
 
 @dataclass(frozen=True)
 class Component:
-    """A package that goes into a product."""
+    """A package that is part of a product."""
     name:     str
     version:  str
     licence:  str            # SPDX expression.
-    read_in:  str            # Where the licence stands.
-    products: dict[str, str] # What it is in each.
+    read_in:  str            # Where the licence was read.
+    products: dict[str, str] # Its part in each product.
     hashes:   list[str]      # sha256 of the wheel, and of the source; none if there is a wheel for each platform.
-    upstream: str            # Version of what the package wraps, if it does.
-    optional: bool           # Installed with an extra only.
+    upstream: str            # Version of the wrapped software, if it wraps any.
+    optional: bool           # Whether only an extra installs it.
 
     @property
     def purl(self) -> str:
@@ -67,7 +67,7 @@ class Component:
 
 
 def locked() -> dict[str, tuple[str, list[str]]]:
-    """Version and hashes of each package of the lock."""
+    """Return version and hashes of each package of the lock."""
     packages = {}
     for block in re.split(r"\n(?=\w)", (CHECKOUT / LOCK).read_text()):
         if found := re.match(r"([\w.-]+)==([^ ]+)", block):
@@ -76,7 +76,7 @@ def locked() -> dict[str, tuple[str, list[str]]]:
 
 
 def closure(requirements: Iterable[str]) -> set[str]:
-    """Names of the packages that requirements bring along with this Python."""
+    """Return the names of the packages that requirements install with this Python."""
     seen:  set[tuple[str, frozenset[str]]] = set()
     queue = [Requirement(one) for one in requirements]
     while queue:
@@ -92,7 +92,7 @@ def closure(requirements: Iterable[str]) -> set[str]:
 
 
 def _upstream(name: str) -> str:
-    """What git says of the sources in a package of LiteX's `pythondata`."""
+    """Return what git says of the sources in a package of LiteX's `pythondata`."""
     return import_module(name.replace("-", "_")).data_git_describe if name.startswith("pythondata-") else ""
 
 
@@ -105,14 +105,14 @@ def _component(name: str, products: dict[str, str], lock: dict[str, tuple[str, l
     version, hashes = lock[name]
     if package.version != version:
         raise ValueError(f"{name} {package.version} is installed, and {version} locked: run make install")
-    # Hashes say which file it is only if there is one for all platforms.
+    # A hash identifies the file only if there is one file for all platforms.
     one_for_all = "Root-Is-Purelib: true" in (package.read_text("WHEEL") or "")
     text, where = licence(package, name)
     return Component(name, version, text, where, products, hashes if one_for_all else [], _upstream(name), optional)
 
 
 def components() -> list[Component]:
-    """Every component, those of bitstream and firmware first.
+    """Return all components, those of bitstream and firmware first.
 
     Raises
     ------

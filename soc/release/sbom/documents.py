@@ -29,13 +29,13 @@ the same in CycloneDX, with hashes. Versions are those of `{lock}`. LiteStereo i
 
 
 def licence_choice(expression: str) -> dict:
-    """An SPDX expression as CycloneDX has it: an identifier, or an expression of several."""
+    """Return an SPDX expression in CycloneDX's form: an identifier, or an expression of several."""
     simple = len(spdx().license_keys(expression)) == 1 and not expression.startswith("LicenseRef-")
     return {"license": {"id": expression}} if simple else {"expression": expression}
 
 
 def cyclonedx(version: str, own_licence: str, python: str, components: Iterable[Component]) -> dict:
-    """The components as a bill of materials: without its date and number, for it to be the same when written again."""
+    """Return the components as a bill of materials, without date and serial number, so that it is reproducible."""
     root = f"pkg:generic/litestereo@{version}"
     bill = []
     for one in components:
@@ -72,7 +72,7 @@ def cyclonedx(version: str, own_licence: str, python: str, components: Iterable[
 
 
 def table(version: str, own_licence: str, components: list[Component]) -> str:
-    """The components of each product as Markdown."""
+    """Return the components of each product as Markdown."""
     parts = [HEAD.format(lock=LOCK, version=version, licence=own_licence)]
     for product, about in PRODUCTS.items():
         parts += [f"\n## {product.capitalize()}\n\n{about}\n\n",

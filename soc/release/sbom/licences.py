@@ -12,7 +12,7 @@ from importlib.metadata import Distribution
 
 from license_expression import Licensing, get_spdx_licensing
 
-#: Classifiers and texts of the field License that mean one licence alone; those of BSD do not say which.
+#: Classifiers, and texts of the field License, that mean exactly one licence; those of BSD are ambiguous.
 NAMES = {
     "Apache Software License":                   "Apache-2.0",
     "Apache 2.0":                                "Apache-2.0",
@@ -21,7 +21,7 @@ NAMES = {
     "Python Software Foundation License":        "PSF-2.0",
 }
 
-#: Packages whose metadata say nothing definite, or speak of their packaging alone: what their files say, and which.
+#: Packages whose metadata are indefinite, or describe only their packaging: the licence in their files, and the files.
 READ = {
     "apsw":                            ("Zlib", "licenses/LICENSE"),
     "contourpy":                       ("BSD-3-Clause", "LICENSE"),
@@ -33,14 +33,14 @@ READ = {
     "litex":                           ("BSD-2-Clause", "licenses/LICENSE"),
     "litex-boards":                    ("BSD-2-Clause", "licenses/LICENSE"),
     "lz4":                             ("BSD-3-Clause", "licenses/LICENSE"),
-    # FFmpeg comes along in the wheel.
+    # The wheel contains FFmpeg.
     "opencv-python-headless":          ("Apache-2.0 AND LGPL-2.1-or-later",
                                         "cv2/LICENSE.txt", "cv2/LICENSE-3RD-PARTY.txt"),
     "partd":                           ("BSD-3-Clause", "LICENSE.txt"),
     "pyserial":                        ("BSD-3-Clause", "serial/__init__.py"),
     "pythondata-cpu-vexriscv":         ("MIT", "pythondata_cpu_vexriscv/verilog/ext/VexRiscv/LICENSE"),
     "pythondata-software-compiler-rt": ("NCSA OR MIT", "pythondata_software_compiler_rt/data/LICENSE.TXT"),
-    # Of the files that are linked: Picolibc's and AVR Libc's, SiFive's, Newlib's, and Cygnus' string functions.
+    # Of the linked files: Picolibc's and AVR Libc's, SiFive's, Newlib's, and Cygnus' string functions.
     "pythondata-software-picolibc":    ("BSD-3-Clause AND BSD-2-Clause AND LicenseRef-Cygnus",
                                         "pythondata_software_picolibc/data/COPYING.NEWLIB",
                                         "newlib/libc/string/memchr.c"),
@@ -50,17 +50,17 @@ READ = {
 
 @cache
 def spdx() -> Licensing:
-    """The identifiers of SPDX; reading them takes a second."""
+    """Return the identifiers of SPDX; reading them takes a second."""
     return get_spdx_licensing()
 
 
 def is_spdx(expression: str) -> bool:
-    """Whether an expression is made of SPDX's identifiers, or of `LicenseRef-` for a text without one."""
+    """Return whether an expression consists of SPDX's identifiers, or of `LicenseRef-` for a text without one."""
     return all(key.startswith("LicenseRef-") for key in spdx().unknown_license_keys(expression))
 
 
 def licence(package: Distribution, name: str) -> tuple[str, str]:
-    """SPDX expression of a package's licence, and where it stands.
+    """Return the SPDX expression of a package's licence, and where it was read.
 
     Raises
     ------
@@ -70,7 +70,7 @@ def licence(package: Distribution, name: str) -> tuple[str, str]:
     if name in READ:
         expression, *files = READ[name]
         return expression, ", ".join(files)
-    # `get`, as the backport of importlib.metadata, once it has been imported, raises for what is not there.
+    # Once the backport of importlib.metadata has been imported, `get` raises for what is missing.
     metadata   = package.metadata
     expression = metadata.get("License-Expression")
     if expression:
