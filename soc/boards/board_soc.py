@@ -193,7 +193,7 @@ class BoardSoC(StereoSoC):
 
     @property
     def flash_records_offset(self):
-        """Address of the firmware's records: they follow the images without a gap."""
+        """Return the address of the firmware's records, which follow the images without a gap."""
         return self.flash_offset + self.flash_images*self.flash_image_bytes
 
     # Hooks ----------------------------------------------------------------------------------------

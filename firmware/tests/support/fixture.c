@@ -36,7 +36,7 @@ void reset_forget_starts(void)
 {
 }
 
-/* Some tests have a clock of their own. */
+/* Some tests define another clock. */
 __attribute__((weak)) uint64_t clock_now(void)
 {
     return uptime;

@@ -33,7 +33,7 @@ LIMIT_S = 3600
 
 @contextlib.contextmanager
 def serial_output(port):
-    """What the device prints on its serial line, as a list of bytes that grows."""
+    """Collect the bytes that the device prints on its serial line, in a list that grows."""
     received = []
 
     def receive(line):
@@ -53,7 +53,7 @@ def serial_output(port):
 
 @pytest.mark.parametrize("name", ["hang", "crash"])
 def test_a_firmware_that_fails(name):
-    """After three starts the old one is back; it says so, and takes another update."""
+    """After three starts the old firmware is back; it reports that, and accepts another update."""
     soc = build_soc(BOARD)
     bad = flash_image(build_program(soc, PROGRAMS / f"{name}.c", "CONFIRMS=1", "FIRMWARE_VERSION=0x0102").read_bytes())
     with start_simulation(BOARD, timeout_s=900) as simulation:
@@ -72,7 +72,7 @@ def test_a_firmware_that_fails(name):
 
 
 def test_a_good_firmware():
-    """A session confirms it, and a restart before the next update keeps it."""
+    """A session confirms the new firmware, and a restart before the next update keeps it."""
     good = flash_image(build_firmware(build_soc(BOARD), 0x0102).read_bytes())
     with start_simulation(BOARD, timeout_s=900) as simulation:
         with connect(f"udp://127.0.0.1:{simulation.udp_port}") as device:
