@@ -297,7 +297,7 @@ void machine_begin(uint64_t seed, uint32_t haste)
 {
     hurry = haste;
     random_state = seed * 2 + 1;
-    for (int round = 0; round < 16; round++) {
+    for (int number = 0; number < 16; number++) {
         drawn(2);
     }
     memory = (uint8_t *)mmap((void *)(uintptr_t)MACHINE_MEMORY_BASE, MACHINE_MEMORY_SIZE, PROT_READ | PROT_WRITE,
