@@ -17,6 +17,14 @@ static uint32_t checksum_address(uint32_t image)
     return FLASH_IMAGES_OFFSET + image * FLASH_IMAGE_BYTES + 4;
 }
 
+/* Whether there is an image of that index: a SoC without flash has none. */
+static bool is_image(uint32_t index)
+{
+    const uint32_t images = FLASH_IMAGES;
+
+    return index < images;
+}
+
 bool trial_read(trial_record_t *record)
 {
     uint32_t        first = FLASH_RECORDS_OFFSET + RECORD_TRIAL * 2 * RECORD_COPY_BYTES;
@@ -28,7 +36,7 @@ bool trial_read(trial_record_t *record)
         return false;
     }
     flash_read(copy + RECORD_DATA_OFFSET, record, sizeof(*record));
-    if (record->image >= FLASH_IMAGES) {
+    if (!is_image(record->image)) {
         return false;
     }
     flash_read(checksum_address(record->image), &crc32, sizeof(crc32));
@@ -46,6 +54,9 @@ uint32_t trial_choose(uint32_t *starts, bool *on_trial)
     if (!known) {
         return 0;
     }
-    /* After a failed trial the other image is tried first. */
-    return *on_trial || record.state == TRIAL_CONFIRMED ? record.image : (record.image + 1) % FLASH_IMAGES;
+    if (*on_trial || record.state == TRIAL_CONFIRMED) {
+        return record.image;
+    }
+    /* After a failed trial the next image is tried first. */
+    return is_image(record.image + 1) ? record.image + 1 : 0;
 }
