@@ -130,11 +130,12 @@ def _message(content: dict[Any, Any]) -> dict[Any, Any]:
     """Return a sensor_msgs/CameraInfo, as `ros2 topic echo` and `rostopic echo` print it, in the form of a file."""
     roi    = content.get("roi")
     region = roi if isinstance(roi, dict) else {}
-    whole  = [(f"binning_{axis}", content.get(f"binning_{axis}"), ("0", "1")) for axis in "xy"]
-    whole += [(f"roi {name}", region.get(name), ("0", content.get(name))) for name in ("width", "height")]
-    whole += [(f"roi {name}", region.get(name), ("0",)) for name in ("x_offset", "y_offset")]
+    whole: list[tuple[str, Any, Any]]
+    whole  = [(f"binning_{axis}", content.get(f"binning_{axis}"), "1") for axis in "xy"]
+    whole += [(f"roi {name}", region.get(name), content.get(name)) for name in ("width", "height")]
+    whole += [(f"roi {name}", region.get(name), "0") for name in ("x_offset", "y_offset")]
     for name, value, valid in whole:
-        if value is not None and value not in valid:
+        if value not in (None, "0", valid):
             raise GeometryError(f"{name} is {quote(value)}: only cameras that send whole images in full resolution are "
                                 "supported")
     # ROS 1 has the names in capitals.

@@ -7,6 +7,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +19,7 @@ from ..core.errors import GeometryError, ImageError
 from ..core.geometry import StereoGeometry
 from ..core.images import disparity_pixels
 from ..core.settings import DISPARITY_SCALE, MatcherSettings
-from .camera_info import CameraInfo, pair_geometry, read_camera_info
+from .camera_info import CameraInfo, pair_geometry, read_camera_info, write_camera_info
 
 #: Names of the two files in a calibration's folder.
 FILES = ("left.yaml", "right.yaml")
@@ -181,6 +182,30 @@ def read_calibration(folder: Path) -> Rectifier:
         raise GeometryError(f"{folder}: there is no such folder, `litestereo calibrate` makes one")
     left, right = (read_camera_info(folder / name) for name in FILES)
     return Rectifier(left, right)
+
+
+def write_calibration(folder: Path, cameras: tuple[CameraInfo, CameraInfo]) -> None:
+    """Write `left.yaml` and `right.yaml` of a pair, both or none; create the folder if needed.
+
+    Raises
+    ------
+    ImageError
+        One of them cannot be written. Files that were there before remain.
+    """
+    new = [folder / f"{name}.new" for name in FILES]
+    try:
+        for path, camera in zip(new, cameras, strict=True):
+            write_camera_info(path, camera)
+        for path, name in zip(new, FILES, strict=True):
+            try:
+                path.replace(folder / name)
+            except OSError as error:
+                raise ImageError(f"{folder / name}: cannot be written: {error.strerror or error}") from None
+    finally:
+        for path in new:
+            # A folder that is none has no such file either.
+            with contextlib.suppress(OSError):
+                path.unlink()
 
 
 def geometry_text(geometry: StereoGeometry) -> str:

@@ -45,7 +45,8 @@ def test_a_chessboard_found_upside_down():
     board   = make_board("chessboard", "9x6", 0.025)
 
     class Turned:
-        points_m = board.points_m
+        points_m  = board.points_m
+        rotations = board.rotations
 
         def __init__(self):
             self.reversed = False
@@ -93,7 +94,7 @@ def test_a_pair_that_does_not_fit_is_named_and_omitted(pairs):
     assert [bad.name for bad in result.bad] == ["04"] and "reprojection error" in result.bad[0].reason
     assert "04" not in [errors.name for errors in result.pairs]
     assert result.reprojection_px < 0.01
-    kept = calibrate(pairs, rig.WIDTH, rig.HEIGHT, keep_all=True)
+    kept = calibrate(pairs, rig.WIDTH, rig.HEIGHT, keep_all=True, max_error_px=2)
     assert len(kept.pairs) == PAIRS and kept.reprojection_px > 0.5 and not kept.bad
 
 
