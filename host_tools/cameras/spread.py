@@ -21,6 +21,9 @@ from ..core.errors import GeometryError
 #: estimate of an angle has an error of some degrees.
 _LEAST_TILT_DEG = 10.0
 
+#: Least movement of the board, relative to the image's diagonal; with less it was in one place.
+_LEAST_MOVED = 0.03
+
 #: Least share of an image that the corners of all pairs together cover.
 _LEAST_COVERED = 0.05
 
@@ -41,6 +44,8 @@ class Spread:
     ----------
     tilt_deg
         Largest angle between two places of the board, in degrees.
+    moved
+        Largest movement of the board's outline between two places: root mean square, relative to the image's diagonal.
     near_m, far_m
         Least and largest distance of the board, in metres.
     covered
@@ -50,6 +55,7 @@ class Spread:
     """
 
     tilt_deg:    float
+    moved:       float
     near_m:      float
     far_m:       float
     covered:     float
@@ -62,8 +68,10 @@ class Spread:
 
     def check(self, side: str) -> None:
         """Raise GeometryError if the places do not determine the camera; `side` is left or right."""
-        if self.tilt_deg < _LEAST_TILT_DEG:
-            fault = f"the board was never tilted, its places differ by {self.tilt_deg:.0f} degrees"
+        if self.tilt_deg < _LEAST_TILT_DEG and self.moved < _LEAST_MOVED:
+            fault = "all of them show the board in one place"
+        elif self.tilt_deg < _LEAST_TILT_DEG:
+            fault = f"the board was not tilted, its places are parallel within {self.tilt_deg:.0f} degrees"
         elif self.covered < _LEAST_COVERED:
             fault = f"the board was in {self.covered:.0%} of the image only"
         # Not above: nan of places that determine nothing.
@@ -91,11 +99,20 @@ def measure_spread(points_m: Sequence[NDArray[np.float32]], pixels: Sequence[NDA
     """
     normals = np.stack([cv2.Rodrigues(rotation)[0][:, 2] for rotation in rotations])
     tilt    = np.degrees(np.arccos(np.clip(normals @ normals.T, -1, 1).min()))
-    away    = [float(np.linalg.norm(cv2.Rodrigues(rotation)[0] @ points.mean(axis=0) + np.ravel(shift)))
-               for rotation, shift, points in zip(rotations, shifts_m, points_m, strict=True)]
+    centres = np.stack([cv2.Rodrigues(rotation)[0] @ points.mean(axis=0) + np.ravel(shift)
+                        for rotation, shift, points in zip(rotations, shifts_m, points_m, strict=True)])
+    away    = np.linalg.norm(centres, axis=1)
+    board   = np.concatenate(list(points_m))
+    outline = np.array([(x, y, 0) for x in (board[:, 0].min(), board[:, 0].max())
+                        for y in (board[:, 1].min(), board[:, 1].max())], np.float32)
+    # As the camera sees it: a wrong focal length fits the image, too.
+    seen    = np.stack([cv2.projectPoints(outline, rotation, shift, matrix, distortion)[0].reshape(-1)
+                        for rotation, shift in zip(rotations, shifts_m, strict=True)])
+    moved   = np.linalg.norm(seen[:, None] - seen, axis=2).max()/np.sqrt(len(outline))/np.hypot(*size)
     covered = cv2.contourArea(cv2.convexHull(np.concatenate(list(pixels)))) / (size[0]*size[1])
     error   = _focal_error_px(points_m, matrix, distortion, rotations, shifts_m)*max(rms_px, _LEAST_NOISE_PX)
-    return Spread(float(tilt), min(away), max(away), min(1.0, float(covered)), float(error/matrix[0, 0]))
+    return Spread(float(tilt), float(moved), float(away.min()), float(away.max()), min(1.0, float(covered)),
+                  float(error/matrix[0, 0]))
 
 
 def _focal_error_px(points_m: Sequence[NDArray[np.float32]], matrix: MatLike, distortion: MatLike,

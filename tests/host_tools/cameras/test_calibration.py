@@ -192,6 +192,79 @@ def test_mistakes_of_calibrate(boards, tmp_path, capfd):
     assert not (tmp_path/"out").exists()
 
 
+@pytest.mark.parametrize("prefix", ["left right", "left- right-", "Left_ Right_"])
+def test_one_folder_with_both_sides(boards, calibration, tmp_path, prefix, capfd):
+    """As ROS's calibrationdata.tar.gz and OpenCV's samples lie: the same cameras, named once or twice."""
+    for number in range(PAIRS):
+        for side, start in zip(("left", "right"), prefix.split(), strict=True):
+            name = f"{start}{number:02}.png"
+            (tmp_path/name).write_bytes((boards/side/f"{number:02}.png").read_bytes())
+    common = ["--pattern", "chessboard", "9x6", "--square", 0.025, "-o", tmp_path/"out"]
+    for folders in ([tmp_path], [tmp_path, tmp_path]):
+        assert run("calibrate", *folders, *common, "--json") == 0
+        assert len(json.loads(capfd.readouterr().out)["pairs"]) == PAIRS
+        again = read_calibration(tmp_path/"out").geometry
+        assert again.baseline_m == pytest.approx(read_calibration(calibration).geometry.baseline_m, rel=1e-6)
+
+
+def test_a_picture_is_no_pair_with_itself(boards, tmp_path, capfd):
+    """One folder twice, by its name, by a link, by links of its files."""
+    (tmp_path/"link").symlink_to(boards/"left")
+    (tmp_path/"hard").mkdir()
+    for path in (boards/"left").iterdir():
+        (tmp_path/"hard"/path.name).hardlink_to(path)
+    common = ["--pattern", "chessboard", "9x6", "--square", 0.025, "-o", tmp_path/"out"]
+    for right in (boards/"left", boards/"left"/".."/"left", tmp_path/"link", tmp_path/"hard"):
+        assert run("calibrate", boards/"left", right, *common) == 1
+        error_line(capfd)
+    assert run("calibrate", boards/"left", *common) == 1
+    error_line(capfd)
+    assert not (tmp_path/"out").exists()
+
+
+@pytest.mark.parametrize(("change", "text"), [
+    ("swap", "swap the two folders"), ("same", "of one camera"), ("rotate", "one camera is rotated by 180 degrees"),
+    ("shift", "at the same moment"), ("once", "in one place"), ("limit", "--max-error"),
+])
+def test_nothing_is_written_after_an_error(boards, tmp_path, change, text, capfd):
+    """No folder, and files of an earlier calibration stay."""
+    for number in range(6):
+        left, right = (cv2.imread(str(boards/side/f"{number:02}.png")) for side in ("left", "right"))
+        later       = cv2.imread(str(boards/"right"/f"{(number + 1) % 6:02}.png"))
+        first       = [cv2.imread(str(boards/side/"00.png")) for side in ("left", "right")]
+        pair        = {"swap": (right, left), "same": (left, left.copy()), "rotate": (left, right[::-1, ::-1]),
+                       "shift": (left, later), "once": first, "limit": (left, right)}[change]
+        for side, image in zip(("left", "right"), pair, strict=True):
+            (tmp_path/side).mkdir(exist_ok=True)
+            cv2.imwrite(str(tmp_path/side/f"{number}.png"), image)
+    (tmp_path/"old").mkdir()
+    (tmp_path/"old"/"left.yaml").write_text("old")
+    for out in ("new", "old"):
+        limit = ["--max-error", "0.001"] if change == "limit" else []
+        assert run("calibrate", tmp_path/"left", tmp_path/"right", "--pattern", "chessboard", "9x6", "--square", 0.025,
+                   "--keep-all", *limit, "-o", tmp_path/out) == 1
+        assert text in error_line(capfd)
+    assert not (tmp_path/"new").exists()
+    assert [path.name for path in (tmp_path/"old").iterdir()] == ["left.yaml"]
+    assert (tmp_path/"old"/"left.yaml").read_text() == "old"
+
+
+def test_the_hint_at_older_boards(tmp_path, capfd):
+    """ChArUco boards of calib.io, with the names of OpenCV: a hint first, then cameras."""
+    markers = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_5X5_100)
+    board   = cv2.aruco.CharucoBoard((6, 4), 0.05, 0.0375, markers)
+    board.setLegacyPattern(True)
+    picture = board.generateImage((960, 640))
+    for number, (middle, degrees) in enumerate(rig.board_places(generator(126), 6)):
+        rig.take(tmp_path, f"{number}", [rig.flat(picture, 0.3, middle, degrees)])
+    arguments = ["calibrate", tmp_path/"left", tmp_path/"right", "--pattern", "charuco", "6x4", "--square", 0.05,
+                 "--dictionary", "DICT_5X5_100", "-o", tmp_path/"out"]
+    assert run(*arguments) == 1
+    assert "try --legacy" in error_line(capfd)
+    assert run(*arguments, "--legacy") == 0
+    assert read_calibration(tmp_path/"out").geometry.baseline_m == pytest.approx(rig.BASELINE_M, rel=0.01)
+
+
 def test_mistakes_of_rectify_and_match(boards, photos, calibration, tmp_path, capfd):
     small = tmp_path/"small.png"
     cv2.imwrite(str(small), np.zeros((90, 160), np.uint8))
