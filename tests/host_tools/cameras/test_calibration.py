@@ -178,12 +178,17 @@ def test_mistakes_of_calibrate(boards, tmp_path, capfd):
     (tmp_path/"left").mkdir()
     (tmp_path/"file").write_text("")
     cv2.imwrite(str(tmp_path/"left"/"lone.png"), np.zeros((9, 9), np.uint8))
+    # Few pairs: a board that is not there is searched for seconds.
+    for side in ("left", "right"):
+        (tmp_path/"few"/side).mkdir(parents=True)
+        (tmp_path/"few"/side/"00.png").write_bytes((boards/side/"00.png").read_bytes())
     for arguments, status, text in (
         ([boards/"left", boards/"none", *common], 1, "no such folder"),
         ([boards/"left", tmp_path/"left", *common], 1, "no partner"),
         ([boards/"left", boards/"right", "--square", 0.025, "-o", tmp_path/"out"], 2, "--pattern"),
         ([boards/"left", boards/"right", *common[:3], "--square", 25, "-o", tmp_path/"out"], 2, "metres"),
-        ([boards/"left", boards/"right", *common, "--pattern", "chessboard", "10x7"], 1, "counts inner corners"),
+        ([tmp_path/"few"/"left", tmp_path/"few"/"right", *common, "--pattern", "chessboard", "10x7"], 1,
+         "counts inner corners"),
         ([boards/"left", boards/"right", *common[:-1], tmp_path/"file"], 1, "need a folder"),
         ([boards/"left", boards/"right", *common, "--alpha", 2], 2, "from 0 to 1"),
     ):
@@ -259,6 +264,7 @@ def test_the_hint_at_older_boards(tmp_path, capfd):
         rig.take(tmp_path, f"{number}", [rig.flat(picture, 0.3, middle, degrees)])
     arguments = ["calibrate", tmp_path/"left", tmp_path/"right", "--pattern", "charuco", "6x4", "--square", 0.05,
                  "--dictionary", "DICT_5X5_100", "-o", tmp_path/"out"]
+    capfd.readouterr()
     assert run(*arguments) == 1
     assert "try --legacy" in error_line(capfd)
     assert run(*arguments, "--legacy") == 0
