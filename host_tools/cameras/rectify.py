@@ -116,7 +116,7 @@ def _maps(camera: CameraInfo, side: str) -> Maps:
         else cv2.initUndistortRectifyMap
     columns, rows = (np.array(values, np.float32) for values in find(*arguments))
     ahead, centre = _ahead(camera)
-    seen          = ahead & _unfolded(columns, rows, ahead, centre)
+    seen          = _unfolded(columns, rows, ahead, centre) if camera.distortion.any() else ahead
     folded        = np.mean(_inside((columns, rows), camera) & ahead & ~seen)
     if folded > _MOST_FOLDED:
         raise GeometryError(f"the distortion_coefficients of the {side} camera, "
@@ -129,10 +129,10 @@ def _maps(camera: CameraInfo, side: str) -> Maps:
 def _ahead(camera: CameraInfo) -> tuple[Mask, tuple[int, int]]:
     """Return which rectified pixels are rays ahead of the camera (bool, H x W), and the one nearest to its axis."""
     back          = np.linalg.inv(camera.projection[:, :3] @ camera.rectification)
-    rows, columns = np.indices((camera.height, camera.width))
-    x, y, z       = (back[axis, 0]*columns + back[axis, 1]*rows + back[axis, 2] for axis in range(3))
-    ahead         = z > 0
-    tangent       = np.where(ahead, np.hypot(x, y)/np.where(ahead, z, 1), np.inf)
+    rows, columns = np.arange(camera.height)[:, None], np.arange(camera.width)
+    x, y, z       = (back[axis, 0]*columns + (back[axis, 1]*rows + back[axis, 2]) for axis in range(3))
+    ahead         = np.asarray(z > 0, np.bool_)
+    tangent       = np.where(ahead, (x*x + y*y)/np.where(ahead, z*z, 1), np.inf)
     row, column   = np.unravel_index(np.argmin(tangent), tangent.shape)
     return ahead, (int(row), int(column))
 
@@ -146,7 +146,7 @@ def _unfolded(columns: NDArray[np.float32], rows: NDArray[np.float32], ahead: Ma
         return ahead
     with np.errstate(over="ignore", invalid="ignore"):
         # Each is the derivative down, and across.
-        column, row = np.gradient(columns.astype(np.float64)), np.gradient(rows.astype(np.float64))
+        column, row = np.gradient(columns), np.gradient(rows)
         area        = column[1]*row[0] - column[0]*row[1]
     _, regions = cv2.connectedComponents(((area > 0) & ahead).astype(np.uint8), connectivity=4)
     return np.asarray((regions == regions[centre]) & (regions[centre] > 0), np.bool_)

@@ -11,8 +11,8 @@ import argparse
 from pathlib import Path
 
 from ..cameras.calib_txt import read_calib
-from ..cameras.camera_info import CameraInfo, ideal_cameras
-from ..cameras.rectify import read_calibration
+from ..cameras.camera_info import CameraInfo, ideal_cameras, read_camera_info
+from ..cameras.rectify import FILES, Rectifier
 from ..core.errors import GeometryError, UsageError
 from ..core.geometry import StereoGeometry
 from .arguments import positive
@@ -50,12 +50,13 @@ def chosen_cameras(options: argparse.Namespace, width: int, height: int) -> Came
     if options.principal_point is not None and not ideal:
         raise UsageError("--principal-point goes with --focal: --calibration and --calib have one already")
     if options.calibration is not None:
-        rectifier = read_calibration(options.calibration)
-        geometry  = rectifier.geometry
-        cameras   = rectifier.cameras
+        left, right = (read_camera_info(options.calibration / name) for name in FILES)
+        # The map is rectified already. Cameras that cannot rectify images are not those that it was made with.
+        geometry    = Rectifier(left, right).geometry
+        cameras     = left, right
     elif any(given):
-        geometry  = _ideal(options, width, height) if ideal else read_calib(options.calib).geometry
-        cameras   = ideal_cameras(geometry)
+        geometry    = _ideal(options, width, height) if ideal else read_calib(options.calib).geometry
+        cameras     = ideal_cameras(geometry)
     else:
         return None
     if (geometry.width, geometry.height) != (width, height):

@@ -6,6 +6,7 @@
 """From pictures of a board to metres: a made-up pair of cameras, calibrated, rectified, matched."""
 
 import json
+import re
 
 import cv2
 import numpy as np
@@ -195,6 +196,39 @@ def test_mistakes_of_calibrate(boards, tmp_path, capfd):
         assert run("calibrate", *arguments) == status
         assert text in error_line(capfd)
     assert not (tmp_path/"out").exists()
+
+
+@pytest.mark.parametrize(("old", "new", "text"), [
+    (r"(?<=camera_matrix:\n  rows: 3\n  cols: 3\n  data: )\[[^]]*\]", "[0, 0, 0, 0, 0, 0, 0, 0, 0]", "not calibrated"),
+    (r"distortion_model: plumb_bob", "distortion_model: equidistant", "has 5 numbers"),
+    (r"(?<=rectification_matrix:\n  rows: 3\n  cols: 3\n  data: )\[[^]]*\]", "[1, 0, 0, 0, 1, 0, 0, 0, -1]",
+     "is no rotation"),
+    (r"(?<=cols: 5\n  data: )\[[^]]*\]", "[-5, 0, 0, 0, 0]", "fold the image"),
+    (r"(?s).*", "["*500, "not a YAML file"),
+])
+def test_every_command_checks_the_cameras(calibration, photos, tmp_path, old, new, text, capfd):
+    """One line of each command that takes cameras, and no file."""
+    for name in ("left.yaml", "right.yaml"):
+        written = (calibration/name).read_text()
+        changed = re.sub(old, new, yaml_blocks(written), count=1) if name == "left.yaml" else written
+        (tmp_path/"cal").mkdir(exist_ok=True)
+        (tmp_path/"cal"/name).write_text(changed)
+    disparity = np.full((rig.HEIGHT, rig.WIDTH), -16, np.int16)
+    disparity[10:-10, 80:-10] = 160
+    np.save(tmp_path/"map.npy", disparity)
+    cameras = ["--calibration", tmp_path/"cal", "-o", tmp_path/"out"]
+    for arguments in (["match", *photos, "--device", "model:"], ["rectify", *photos],
+                      ["stream", photos[0].parent, photos[1].parent, "--device", "model:"],
+                      ["export", tmp_path/"map.npy", "--format", "depth-npy"]):
+        assert run(*arguments, *cameras) == 1, arguments
+        assert text in error_line(capfd)
+    assert not (tmp_path/"out").exists()
+
+
+def yaml_blocks(text):
+    """A camera_info with each matrix in four lines, as camera_calibration writes it."""
+    return re.sub(r"(\w+): \{rows: (\d), cols: (\d+), data: (\[[^]]*\])\}",
+                  r"\1:\n  rows: \2\n  cols: \3\n  data: \4", text)
 
 
 @pytest.mark.parametrize("prefix", ["left right", "left- right-", "Left_ Right_"])
