@@ -29,6 +29,15 @@ _LEAST_REACH_PX = 2
 _MOST_REACH_PX  = 8
 _CRITERIA       = (cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, 40, 1e-3)
 
+#: How a chessboard is searched, one after the other. Equalizing the histogram helps with dark pictures, and hides
+#: boards before a bright background; the older search finds some boards that are small or have a narrow margin.
+_SEARCHES = (
+    (cv2.findChessboardCornersSB, cv2.CALIB_CB_NORMALIZE_IMAGE | cv2.CALIB_CB_EXHAUSTIVE | cv2.CALIB_CB_ACCURACY),
+    (cv2.findChessboardCornersSB, cv2.CALIB_CB_EXHAUSTIVE | cv2.CALIB_CB_ACCURACY),
+    (cv2.findChessboardCorners,   cv2.CALIB_CB_ADAPTIVE_THRESH | cv2.CALIB_CB_NORMALIZE_IMAGE),
+    (cv2.findChessboardCorners,   cv2.CALIB_CB_ADAPTIVE_THRESH),
+)
+
 #: Least number of corners: with fewer the pose of a board with markers is uncertain.
 _MIN_CORNERS = 6
 
@@ -47,6 +56,10 @@ class Board(Protocol):
     @property
     def points_m(self) -> NDArray[np.float32]:
         """Positions of the corners on the board, by their numbers: float32, N x 3, in metres, z is 0."""
+
+    @property
+    def rotations(self) -> tuple[NDArray[np.int64], ...]:
+        """Orders of the corners' numbers, N each, in which the board looks the same: as it is, and rotated."""
 
     @property
     def hint(self) -> str:
@@ -76,15 +89,25 @@ class Chessboard:
         return self._grid
 
     @property
+    def rotations(self) -> tuple[NDArray[np.int64], ...]:
+        """See `Board`. Those of squares by quarters: OpenCV begins at any corner of such a board."""
+        columns, rows = self._size
+        numbers       = np.arange(columns*rows).reshape(rows, columns)
+        return tuple(np.rot90(numbers, quarters).reshape(-1)
+                     for quarters in (range(4) if columns == rows else (0, 2)))
+
+    @property
     def hint(self) -> str:
         """See `Board`."""
         return f"{self._size[0]}x{self._size[1]} counts inner corners, one less than squares each way"
 
     def find(self, image: NDArray[np.uint8]) -> Corners | None:
         """See `Board`."""
-        found, pixels = cv2.findChessboardCornersSB(
-            image, self._size, flags=cv2.CALIB_CB_NORMALIZE_IMAGE | cv2.CALIB_CB_EXHAUSTIVE | cv2.CALIB_CB_ACCURACY)
-        if not found:
+        for search, flags in _SEARCHES:
+            found, pixels = search(image, self._size, flags=flags)
+            if found:
+                break
+        else:
             return None
         return Corners(np.arange(len(self._grid), dtype=np.int32), self._refined(image, pixels))
 
@@ -100,12 +123,16 @@ class Chessboard:
 class Charuco:
     """A ChArUco board of `columns` x `rows` squares with markers in them; a visible part is enough.
 
-    `square_m` and `marker_m` are sides in metres, `dictionary` names the markers as OpenCV does, "4X4_50" for one.
+    `square_m` and `marker_m` are sides in metres. `dictionary` is OpenCV's number of the markers. `legacy` is for
+    boards whose first square has a marker although the number of rows is even.
     """
 
-    def __init__(self, columns: int, rows: int, square_m: float, marker_m: float, dictionary: str) -> None:
-        markers        = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, f"DICT_{dictionary}"))
+    def __init__(self, columns: int, rows: int, square_m: float, marker_m: float, dictionary: int,
+                 legacy: bool = False) -> None:
+        markers        = cv2.aruco.getPredefinedDictionary(dictionary)
         self._board    = cv2.aruco.CharucoBoard((columns, rows), square_m, marker_m, markers)
+        self._board.setLegacyPattern(legacy)
+        self._legacy   = legacy
         self._detector = cv2.aruco.CharucoDetector(self._board)
         self._name     = f"{columns}x{rows}"
 
@@ -115,9 +142,16 @@ class Charuco:
         return np.asarray(self._board.getChessboardCorners(), np.float32)
 
     @property
+    def rotations(self) -> tuple[NDArray[np.int64], ...]:
+        """See `Board`. None: markers tell which corner is which."""
+        return ()
+
+    @property
     def hint(self) -> str:
         """See `Board`."""
-        return f"{self._name} counts squares, and --dictionary must be that of the printed markers"
+        legacy = "leave out" if self._legacy else "try"
+        return (f"{self._name} counts squares, --dictionary must be that of the printed markers; {legacy} --legacy, "
+                "for boards of calib.io and of OpenCV before 4.6")
 
     def find(self, image: NDArray[np.uint8]) -> Corners | None:
         """See `Board`."""
@@ -128,7 +162,7 @@ class Charuco:
 
 
 def make_board(kind: str, size: str, square_m: float, marker_m: float | None = None,
-               dictionary: str = "4X4_50") -> Board:
+               dictionary: str = "4X4_50", legacy: bool = False) -> Board:
     """Build a board from its description.
 
     Parameters
@@ -141,12 +175,15 @@ def make_board(kind: str, size: str, square_m: float, marker_m: float | None = N
         Sides of a square, above 0 and at most 1, and of a marker, below that of a square, in metres; a marker is 0.75
         of a square by default.
     dictionary
-        Markers of a ChArUco board, as OpenCV names them.
+        Markers of a ChArUco board, as OpenCV names them, with or without its "DICT_".
+    legacy
+        Whether a ChArUco board is one of OpenCV before 4.6 or of calib.io: its first square has a marker even if the
+        number of rows is even.
 
     Raises
     ------
     UsageError
-        The kind, the size, a side or the dictionary is invalid.
+        The kind, the size, a side or the dictionary is invalid, or the board has more markers than the dictionary.
     """
     if kind not in KINDS:
         raise UsageError(f"the pattern must be one of {', '.join(KINDS)}, not '{kind}'")
@@ -158,10 +195,18 @@ def make_board(kind: str, size: str, square_m: float, marker_m: float | None = N
         raise UsageError(f"a square must be above 0 and at most {_MAX_SQUARE_M:g} metres, not {square_m:g}: "
                          "25 mm are 0.025")
     if kind == "chessboard":
+        if legacy:
+            raise UsageError("--legacy goes with the pattern charuco: a chessboard has no markers")
         return Chessboard(columns, rows, square_m)
     marker_m = 0.75*square_m if marker_m is None else marker_m
     if not 0 < marker_m < square_m:
         raise UsageError(f"a marker must be smaller than its square of {square_m:g} metres, not {marker_m:g}")
-    if not hasattr(cv2.aruco, f"DICT_{dictionary}"):
+    known  = {name.upper(): int(getattr(cv2.aruco, name)) for name in dir(cv2.aruco) if name.startswith("DICT_")}
+    number = known.get(f"DICT_{dictionary.upper().removeprefix('DICT_')}")
+    if number is None:
         raise UsageError(f"there are no markers named '{dictionary}': 4X4_50, 5X5_100 and 6X6_250 are usual")
-    return Charuco(columns, rows, square_m, marker_m, dictionary)
+    markers, needed = len(cv2.aruco.getPredefinedDictionary(number).bytesList), columns*rows//2
+    if needed > markers:
+        raise UsageError(f"a board of {size} squares has {needed} markers, {dictionary} only {markers}: see the print "
+                         "for its dictionary")
+    return Charuco(columns, rows, square_m, marker_m, number, legacy)

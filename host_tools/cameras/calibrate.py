@@ -17,6 +17,8 @@ from numpy.typing import NDArray
 from ..core.errors import GeometryError
 from .camera_info import CameraInfo
 from .find import BadPair, BoardPair
+from .rectify import Rectifier
+from .spread import Spread, measure_spread
 
 #: Least number of pairs that determine two cameras.
 MIN_PAIRS = 3
@@ -37,6 +39,12 @@ _COEFFICIENTS = {"plumb_bob": 5, "rational_polynomial": 8}
 
 #: Least baseline, in metres: with a smaller one both folders show the same camera.
 _LEAST_BASELINE_M = 1e-4
+
+#: Angle between the two cameras about their axes, in degrees, from which one is mounted in another way than the other.
+_MOST_ROLL_DEG = 30.0
+
+#: Largest reprojection error in pixels that `calibrate` accepts by default.
+MAX_ERROR_PX = 1.0
 
 _CRITERIA = (cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, 100, 1e-7)
 
@@ -83,6 +91,8 @@ class Calibration:
         Errors of each pair that was used.
     bad
         Pairs that were not used.
+    spread
+        How different the places of the board are, by the camera that they determine worse.
     """
 
     left:            CameraInfo
@@ -91,10 +101,11 @@ class Calibration:
     epipolar_px:     float
     pairs:           tuple[PairErrors, ...]
     bad:             tuple[BadPair, ...]
+    spread:          Spread
 
 
 def calibrate(pairs: Sequence[BoardPair], width: int, height: int, model: str = "plumb_bob", alpha: float = 0.0,
-              keep_all: bool = False) -> Calibration:
+              keep_all: bool = False, max_error_px: float = MAX_ERROR_PX) -> Calibration:
     """Calibrate a pair of cameras with OpenCV's `stereoCalibrate`, which minimizes the reprojection error.
 
     Each camera is calibrated alone first, by Z. Zhang, A flexible new technique for camera calibration, PAMI 2000. The
@@ -110,57 +121,138 @@ def calibrate(pairs: Sequence[BoardPair], width: int, height: int, model: str = 
         0 to keep only pixels that both lenses cover in the rectified images, 1 to keep all that they cover.
     keep_all
         Whether to keep pairs that fit much worse than the others.
+    max_error_px
+        Largest reprojection error over all pairs, in pixels.
 
     Raises
     ------
     GeometryError
-        There are too few pairs, or the cameras are not one beside the other.
+        There are too few pairs, they do not determine the cameras, the error is above `max_error_px`, the cameras are
+        not one beside the other and the same way up, or nothing remains of the rectified images.
     """
     used, bad = list(pairs), list[BadPair]()
     least     = max(MIN_PAIRS, round((1 - _MOST_BAD)*len(used)))
     if len(used) < MIN_PAIRS:
         raise GeometryError(f"{len(used)} pairs show the pattern, at least {MIN_PAIRS} are needed, 10 to 30 are good")
     while True:
-        result = _solve(used, (width, height), model, alpha)
-        worst  = max(result.pairs, key=lambda errors: errors.reprojection_px)
-        middle = float(np.median([errors.reprojection_px for errors in result.pairs]))
-        if keep_all or len(used) <= least or worst.reprojection_px <= max(_BAD_PX, _BAD_FACTOR*middle):
+        solved = _solve(used, (width, height), model)
+        worst  = int(np.argmax(solved.errors_px.max(axis=1)))
+        error  = float(solved.errors_px[worst].max())
+        middle = float(np.median(solved.errors_px.max(axis=1)))
+        if keep_all or len(used) <= least or error <= max(_BAD_PX, _BAD_FACTOR*middle):
             break
-        bad.append(BadPair(worst.name, f"reprojection error {worst.reprojection_px:.2f} pixels, of the others "
-                                       f"{middle:.2f}"))
-        # By its index: two pairs may have the same name.
-        del used[result.pairs.index(worst)]
-    return Calibration(result.left, result.right, result.reprojection_px, result.epipolar_px, result.pairs,
-                       tuple(bad))
+        bad.append(BadPair(used[worst].name, f"reprojection error {error:.2f} pixels, of the others {middle:.2f}"))
+        del used[worst]
+    _check_each(solved, max_error_px)
+    _check_both(solved, used, (width, height), model, max_error_px)
+    return _rectified(solved, used, (width, height), model, alpha, bad)
 
 
-def _solve(pairs: Sequence[BoardPair], size: tuple[int, int], model: str, alpha: float) -> Calibration:
-    """Calibrate with all of `pairs`, of images of `size`, width and height in pixels; raise as `calibrate`."""
+@dataclass(frozen=True, eq=False)
+class _Solution:
+    """Two cameras, float64 throughout: matrix, distortion, then rotation and shift (T, in metres) of the right one.
+
+    `errors_px` are the reprojection errors, N x 2, `rms_px` that of all, `alone_px` those of each camera without the
+    other. `spreads` are of the left and the right camera.
+    """
+
+    matrices:    tuple[NDArray[np.float64], NDArray[np.float64]]
+    distortions: tuple[NDArray[np.float64], NDArray[np.float64]]
+    rotation:    NDArray[np.float64]
+    shift_m:     NDArray[np.float64]
+    errors_px:   NDArray[np.float64]
+    rms_px:      float
+    alone_px:    tuple[float, float]
+    spreads:     tuple[Spread, Spread]
+
+
+def _solve(pairs: Sequence[BoardPair], size: tuple[int, int], model: str) -> _Solution:
+    """Find the cameras for all of `pairs`, of images of `size`, width and height in pixels.
+
+    Raise GeometryError if OpenCV finds none.
+    """
     points = [pair.points_m for pair in pairs]
-    left   = [pair.left_px for pair in pairs]
-    right  = [pair.right_px for pair in pairs]
+    sides  = [pair.left_px for pair in pairs], [pair.right_px for pair in pairs]
     flags  = MODELS[model]
-    first  = [cv2.calibrateCamera(points, pixels, size, None, None, flags=flags, criteria=_CRITERIA)
-              for pixels in (left, right)]
-    solved = cv2.stereoCalibrateExtended(
-        points, left, right, first[0][1], first[0][2], first[1][1], first[1][2], size, np.eye(3), np.zeros((3, 1)),
-        flags=flags | cv2.CALIB_USE_INTRINSIC_GUESS, criteria=_CRITERIA)
-    rms, k_left, d_left, k_right, d_right, rotation, shift = solved[:7]
-    per_pair = np.asarray(solved[-1], np.float64).reshape(len(pairs), 2)
-    _check_shift(np.asarray(shift, np.float64).reshape(3))
+    try:
+        first = [cv2.calibrateCamera(points, pixels, size, None, None, flags=flags, criteria=_CRITERIA)
+                 for pixels in sides]
+        found = cv2.stereoCalibrateExtended(
+            points, *sides, first[0][1], first[0][2], first[1][1], first[1][2], size, np.eye(3), np.zeros((3, 1)),
+            flags=flags | cv2.CALIB_USE_INTRINSIC_GUESS, criteria=_CRITERIA)
+    except cv2.error:
+        raise GeometryError("no cameras fit these pairs: take others, with the board near and far, tilted, and in all "
+                            "corners of both images") from None
+    values = [np.asarray(value, np.float64) for value in found[1:7]]
+    count  = _COEFFICIENTS[model]
+    errors = np.asarray(found[-1], np.float64).reshape(len(pairs), 2)
+    if not all(np.isfinite(value).all() for value in (*values, errors)):
+        raise GeometryError("no cameras fit these pairs: the numbers found are not finite")
+    spreads = [measure_spread(points, pixels, size, one[1], one[2], one[3], one[4], one[0])
+               for pixels, one in zip(sides, first, strict=True)]
+    return _Solution((values[0], values[2]), (values[1].reshape(-1)[:count], values[3].reshape(-1)[:count]), values[4],
+                     values[5].reshape(3), errors, float(found[0]), (float(first[0][0]), float(first[1][0])),
+                     (spreads[0], spreads[1]))
+
+
+def _check_each(solved: _Solution, max_error_px: float) -> None:
+    """Raise GeometryError unless the pairs determine each camera by itself."""
+    for side, error_px, spread in zip(("left", "right"), solved.alone_px, solved.spreads, strict=True):
+        if error_px > max_error_px:
+            raise GeometryError(f"the {side} images do not fit one camera: the reprojection error is {error_px:.2f} "
+                                f"pixels, at most {max_error_px:g} are accepted (--max-error): check the size of the "
+                                "pattern, and that the board is flat and focus and zoom stayed the same")
+        spread.check(side)
+
+
+def _check_both(solved: _Solution, pairs: Sequence[BoardPair], size: tuple[int, int], model: str,
+                max_error_px: float) -> None:
+    """Raise GeometryError unless the two cameras are one pair, one beside the other."""
+    if solved.rms_px > max_error_px or abs(_roll_deg(solved)) > _MOST_ROLL_DEG:
+        # A board that looks the same in several rotations was taken for one that is the same way up in both images.
+        for index in range(min(len(pair.rotated_px) for pair in pairs)):
+            other = _solve([pair.rotated(index) for pair in pairs], size, model)
+            if other.rms_px <= max_error_px:
+                _check_roll(other)
+    _check_roll(solved)
+    if solved.rms_px > max_error_px:
+        raise GeometryError("each camera fits, but not as a pair: the reprojection error is "
+                            f"{solved.rms_px:.2f} pixels, at most {max_error_px:g} are accepted (--max-error): left "
+                            "and right images must be taken at the same moment, and the cameras be fixed to each other")
+    _check_shift(solved.shift_m)
+
+
+def _roll_deg(solved: _Solution) -> float:
+    """Return by how much the right camera is rotated about its axis, in degrees."""
+    return float(np.degrees(np.arctan2(solved.rotation[1, 0], solved.rotation[0, 0])))
+
+
+def _check_roll(solved: _Solution) -> None:
+    """Raise GeometryError if one camera is rotated about its axis: sideways or upside down."""
+    roll_deg = abs(_roll_deg(solved))
+    if roll_deg > _MOST_ROLL_DEG:
+        raise GeometryError(f"one camera is rotated by {roll_deg:.0f} degrees to the other: rotate the images of the "
+                            "one that is not upright, or mount it as the other")
+
+
+def _rectified(solved: _Solution, pairs: Sequence[BoardPair], size: tuple[int, int], model: str, alpha: float,
+               bad: Sequence[BadPair]) -> Calibration:
+    """Return cameras that are rectified to each other, and the errors; raise GeometryError if that is impossible."""
+    (k_left, k_right), (d_left, d_right) = solved.matrices, solved.distortions
     r_left, r_right, p_left, p_right = cv2.stereoRectify(
-        k_left, d_left, k_right, d_right, size, rotation, shift, flags=cv2.CALIB_ZERO_DISPARITY, alpha=alpha)[:4]
-    cameras = [CameraInfo(name, *size, np.asarray(k, np.float64), model,
-                          np.asarray(d, np.float64).reshape(-1)[:_COEFFICIENTS[model]],
-                          np.asarray(r, np.float64), np.asarray(p, np.float64))
+        k_left, d_left, k_right, d_right, size, solved.rotation, solved.shift_m.reshape(3, 1),
+        flags=cv2.CALIB_ZERO_DISPARITY, alpha=alpha)[:4]
+    cameras = [CameraInfo(name, *size, k, model, d, np.asarray(r, np.float64), np.asarray(p, np.float64))
                for name, k, d, r, p in (("left", k_left, d_left, r_left, p_left),
                                         ("right", k_right, d_right, r_right, p_right))]
-    rows   = [[rectified_px(pair.left_px, cameras[0])[:, 1] - rectified_px(pair.right_px, cameras[1])[:, 1]]
+    # It refuses what no command could use.
+    Rectifier(cameras[0], cameras[1])
+    rows   = [rectified_px(pair.left_px, cameras[0])[:, 1] - rectified_px(pair.right_px, cameras[1])[:, 1]
               for pair in pairs]
-    errors = tuple(PairErrors(pair.name, len(pair.points_m), float(per_pair[index, 0]), float(per_pair[index, 1]),
-                              float(np.mean(np.abs(rows[index])))) for index, pair in enumerate(pairs))
-    epipolar = float(np.mean(np.abs(np.concatenate(rows, axis=1))))
-    return Calibration(cameras[0], cameras[1], float(rms), epipolar, errors, ())
+    errors = tuple(PairErrors(pair.name, len(pair.points_m), float(left), float(right), float(np.mean(np.abs(apart))))
+                   for pair, (left, right), apart in zip(pairs, solved.errors_px, rows, strict=True))
+    return Calibration(cameras[0], cameras[1], solved.rms_px, float(np.mean(np.abs(np.concatenate(rows)))), errors,
+                       tuple(bad), max(solved.spreads, key=lambda spread: spread.focal_error))
 
 
 def _check_shift(shift_m: NDArray[np.float64]) -> None:

@@ -18,9 +18,18 @@ from numpy.typing import NDArray
 from ..core.errors import GeometryError, ImageError
 from ..core.geometry import StereoGeometry
 from ..core.images import read_file
+from .check import check_distortion, check_finite, check_matrix, check_rotation, check_size, rectified_geometry
+from .numbers import parse_number, quote
+from .plain_yaml import parse_first
 
-#: Relative difference of two numbers of a rectified pair that are one number but for rounding in their files.
-_TOLERANCE = 1e-4
+#: The matrices of a camera_info by their names in files of camera_calibration: the name in a message, the shape. The
+#: number of distortion coefficients depends on the model.
+_MATRICES: dict[str, tuple[str, tuple[int, ...] | None]] = {
+    "camera_matrix":           ("k", (3, 3)),
+    "distortion_coefficients": ("d", None),
+    "rectification_matrix":    ("r", (3, 3)),
+    "projection_matrix":       ("p", (3, 4)),
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,8 +49,13 @@ class CameraInfo:
     rectification
         R, float64, 3 x 3: rotates the camera's frame so that both cameras share one image plane.
     projection
-        P, float64, 3 x 4: of the rectified image, in pixels. For the right camera, P[0, 3] is the focal length times
-        the baseline in metres, negative.
+        P, float64, 3 x 4: of the rectified image, in pixels. P[0, 3] of the right camera is that of the left one minus
+        the focal length times the baseline in metres; of the left one it is 0, except with more than two cameras.
+
+    Raises
+    ------
+    GeometryError
+        A number cannot be that of a camera: see `check`.
     """
 
     name:             str
@@ -53,9 +67,29 @@ class CameraInfo:
     rectification:    NDArray[np.float64]
     projection:       NDArray[np.float64]
 
+    def __post_init__(self) -> None:
+        check_size("image_width", self.width)
+        check_size("image_height", self.height)
+        for name, (_, shape) in _MATRICES.items():
+            if shape is not None:
+                check_finite(name, getattr(self, _FIELDS[name]), shape)
+        check_matrix("camera_matrix", self.camera_matrix, self.width, self.height)
+        check_distortion(self.distortion_model, self.distortion)
+        check_rotation("rectification_matrix", self.rectification)
+        check_matrix("projection_matrix", self.projection, self.width, self.height)
+
+
+#: Members of CameraInfo by the names of the matrices.
+_FIELDS = {
+    "camera_matrix":           "camera_matrix",
+    "distortion_coefficients": "distortion",
+    "rectification_matrix":    "rectification",
+    "projection_matrix":       "projection",
+}
+
 
 def read_camera_info(path: Path) -> CameraInfo:
-    """Read a camera from a YAML file of ROS.
+    """Read a camera from a YAML file of ROS: of camera_calibration, or the first message of `ros2 topic echo`.
 
     Raises
     ------
@@ -65,46 +99,79 @@ def read_camera_info(path: Path) -> CameraInfo:
         It is not a camera_info, or a value is missing or invalid.
     """
     try:
-        content = yaml.safe_load(read_file(path))
-    except (yaml.YAMLError, UnicodeDecodeError):
-        raise GeometryError(f"{path}: is not a YAML file, a camera_info of ROS is needed") from None
-    if not isinstance(content, dict):
-        raise GeometryError(f"{path}: is not a camera_info of ROS: it has no image_width")
-    sizes = [_size(content, name, path) for name in ("image_width", "image_height")]
+        return parse_camera_info(read_file(path), path.stem)
+    except GeometryError as error:
+        raise GeometryError(f"{path}: {error}") from None
+
+
+def parse_camera_info(data: bytes, name: str) -> CameraInfo:
+    """Return the camera in a YAML file's bytes; raise GeometryError as `read_camera_info`, without a file's name.
+
+    `name` is that of the camera if the file has none.
+    """
+    content = parse_first(data)
+    if "image_width" not in content and "height" in content:
+        content = _message(content)
+    sizes = [_size(content, side) for side in ("image_width", "image_height")]
+    model = content.get("distortion_model", "plumb_bob")
+    title = content.get("camera_name")
+    if not isinstance(model, str):
+        raise GeometryError(f"distortion_model must be a name, not {quote(model)}")
     return CameraInfo(
-        name             = str(content.get("camera_name", path.stem)),
+        name             = title if isinstance(title, str) else name,
         width            = sizes[0],
         height           = sizes[1],
-        camera_matrix    = _matrix(content, "camera_matrix", (3, 3), path),
-        distortion_model = str(content.get("distortion_model", "plumb_bob")),
-        distortion       = _matrix(content, "distortion_coefficients", None, path),
-        rectification    = _matrix(content, "rectification_matrix", (3, 3), path),
-        projection       = _matrix(content, "projection_matrix", (3, 4), path),
+        distortion_model = model,
+        **{_FIELDS[matrix]: _matrix(content, matrix, shape) for matrix, (_, shape) in _MATRICES.items()},
     )
 
 
-def _size(content: dict[Any, Any], name: str, path: Path) -> int:
+def _message(content: dict[Any, Any]) -> dict[Any, Any]:
+    """Return a sensor_msgs/CameraInfo, as `ros2 topic echo` and `rostopic echo` print it, in the form of a file."""
+    roi    = content.get("roi")
+    region = roi if isinstance(roi, dict) else {}
+    whole: list[tuple[str, Any, Any]]
+    whole  = [(f"binning_{axis}", content.get(f"binning_{axis}"), "1") for axis in "xy"]
+    whole += [(f"roi {name}", region.get(name), content.get(name)) for name in ("width", "height")]
+    whole += [(f"roi {name}", region.get(name), "0") for name in ("x_offset", "y_offset")]
+    for name, value, valid in whole:
+        if value not in (None, "0", valid):
+            raise GeometryError(f"{name} is {quote(value)}: only cameras that send whole images in full resolution are "
+                                "supported")
+    # ROS 1 has the names in capitals.
+    values = {name: content.get(short, content.get(short.upper())) for name, (short, _) in _MATRICES.items()}
+    return {
+        **{name: {"data": value} for name, value in values.items()},
+        "image_width":      content.get("width"),
+        "image_height":     content.get("height"),
+        "distortion_model": content.get("distortion_model", "plumb_bob"),
+    }
+
+
+def _size(content: dict[Any, Any], name: str) -> int:
     value = content.get(name)
-    if not isinstance(value, int) or isinstance(value, bool) or value < 1:
-        raise GeometryError(f"{path}: {name} must be a number of pixels, not {value!r}")
-    return value
+    try:
+        number = parse_number(value)
+    except ValueError:
+        number = np.nan
+    if not np.isfinite(number) or number != int(number):
+        raise GeometryError(f"{name} must be a number of pixels, not {quote(value)}")
+    return int(number)
 
 
-def _matrix(content: dict[Any, Any], name: str, shape: tuple[int, int] | None, path: Path) -> NDArray[np.float64]:
+def _matrix(content: dict[Any, Any], name: str, shape: tuple[int, ...] | None) -> NDArray[np.float64]:
     """Return the matrix `name`, of `shape`, or a vector of any length if that is None; raise GeometryError."""
     entry = content.get(name)
     data  = entry.get("data") if isinstance(entry, dict) else None
-    data  = data if isinstance(data, list) else [None]
-    count = len(data) if shape is None else shape[0]*shape[1]
+    count = int(np.prod(shape)) if shape else None
     try:
-        # YAML 1.1 parses a number like 1e-5 as a string; float() converts both.
-        numbers = [float(number) for number in data]
-    except (TypeError, ValueError):
+        numbers = [parse_number(number) for number in data] if isinstance(data, list) else [np.nan]
+    except ValueError:
         numbers = [np.nan]
-    if len(numbers) != count or not np.isfinite(numbers).all():
-        wanted = "numbers" if shape is None else f"{count} numbers"
-        raise GeometryError(f"{path}: {name} must have {wanted} as its data, as camera_calibration writes it")
-    return np.array(numbers, np.float64).reshape(shape or (count,))
+    if len(numbers) != (len(numbers) if count is None else count) or not np.isfinite(numbers).all():
+        wanted = "numbers" if count is None else f"{count} numbers"
+        raise GeometryError(f"{name} must have {wanted} as its data, all finite, as camera_calibration writes it")
+    return np.array(numbers, np.float64).reshape(shape or -1)
 
 
 def write_camera_info(path: Path, camera: CameraInfo) -> None:
@@ -142,30 +209,14 @@ def pair_geometry(left: CameraInfo, right: CameraInfo) -> StereoGeometry:
     if (left.width, left.height) != (right.width, right.height):
         raise GeometryError(f"the left camera has {left.width}x{left.height} pixels, the right one "
                             f"{right.width}x{right.height}: both must be of one size")
-    focal_px = left.projection[0, 0]
-    alike    = [left.projection[1, 1], right.projection[0, 0], right.projection[1, 1]]
-    row      = np.isclose(left.projection[1, 2], right.projection[1, 2], rtol=_TOLERANCE, atol=_TOLERANCE)
-    if not row or not np.allclose(alike, focal_px, rtol=_TOLERANCE, atol=0):
-        raise GeometryError("the projection matrices have different focal lengths or rows: these cameras are not "
-                            "calibrated as one rectified pair")
-    if left.projection[0, 3] != 0 or not right.projection[0, 3] < 0:
-        raise GeometryError("the right camera's projection matrix has no baseline to the right of the left one: are "
-                            "left and right swapped, or calibrated one by one?")
-    return StereoGeometry(
-        width       = left.width,
-        height      = left.height,
-        focal_px    = float(focal_px),
-        baseline_m  = float(-right.projection[0, 3]/right.projection[0, 0]),
-        cx_left_px  = float(left.projection[0, 2]),
-        cy_px       = float(left.projection[1, 2]),
-        cx_right_px = float(right.projection[0, 2]),
-    )
+    return rectified_geometry(left.width, left.height, left.projection, right.projection,
+                              ("the left camera's projection_matrix", "the right camera's projection_matrix"))
 
 
 def ideal_cameras(geometry: StereoGeometry) -> tuple[CameraInfo, CameraInfo]:
     """Return left and right camera of images that are rectified already: no distortion, no rotation."""
     def camera(name: str, cx_px: float, shift: float) -> CameraInfo:
-        projection = np.array([[geometry.focal_px, 0, cx_px, shift], [0, geometry.focal_px, geometry.cy_px, 0],
+        projection = np.array([[geometry.focal_px, 0, cx_px, shift], [0, geometry.focal_y_px, geometry.cy_px, 0],
                                [0, 0, 1, 0]], np.float64)
         return CameraInfo(name, geometry.width, geometry.height, projection[:, :3].copy(), "plumb_bob", np.zeros(5),
                           np.eye(3), projection)

@@ -20,13 +20,13 @@ import rich.progress
 import rich.table
 
 from ..cameras.board import KINDS, make_board
-from ..cameras.calibrate import MODELS, Calibration, calibrate
-from ..cameras.camera_info import pair_geometry, write_camera_info
+from ..cameras.calibrate import MAX_ERROR_PX, MODELS, Calibration, calibrate
+from ..cameras.camera_info import pair_geometry
 from ..cameras.find import BadPair, BoardPair, find_board
-from ..cameras.rectify import FILES, geometry_text
+from ..cameras.rectify import FILES, geometry_text, write_calibration
 from ..core.errors import GeometryError, ImageError
 from ..core.images import read_grey
-from ..data.sources.files import PairFiles, pair_files
+from ..data.sources.files import PairFiles, pair_files, pair_files_of_one
 from .arguments import Parser, add_json, fraction, positive
 
 #: Width of the table in characters if stdout is not a terminal.
@@ -35,16 +35,19 @@ _TABLE_WIDTH = 110
 _EPILOG = """\
 examples:
   litestereo calibrate left/ right/ --pattern chessboard 9x6 --square 0.025 -o calibration/
+  litestereo calibrate calibrationdata/ --pattern chessboard 9x6 --square 0.025 -o calibration/
   litestereo calibrate left/ right/ --pattern charuco 8x6 --square 0.03 --marker 0.0225 --dictionary 5X5_100 -o cal/
 
 The files of a pair have the same name, except for left and right: left/07.png and right/07.png, or left/left07.png and
-right/right07.png. Ten to thirty pairs are good, with the board near and far, tilted, and in all corners of both images.
+right/right07.png. They may be in one folder, with left and right in their names: then give this folder only.
+Ten to thirty pairs are good, with the board near and far, tilted, and in all corners of both images.
 
 files written:
   left.yaml, right.yaml  the cameras as ROS's camera_info; lengths in metres
 
 Pairs without the board are listed and not used, nor are pairs whose reprojection error is above half a pixel and above
-three times the median.
+three times the median. Nothing is written if the pairs do not determine the cameras, or if the error of all of them
+together is above --max-error.
 """
 
 
@@ -52,8 +55,10 @@ def add_parser(commands: argparse._SubParsersAction[Parser]) -> None:
     """Add the command."""
     parser = commands.add_parser("calibrate", help="calibrate a pair of cameras", epilog=_EPILOG,
                                  description="Calibrate a pair of cameras from images of a board.")
-    parser.add_argument("left", metavar="LEFT_DIR", type=Path, help="folder of the left camera's images")
-    parser.add_argument("right", metavar="RIGHT_DIR", type=Path, help="folder of the right camera's images")
+    parser.add_argument("left", metavar="LEFT_DIR", type=Path,
+                        help="folder of the left camera's images, or of both cameras'")
+    parser.add_argument("right", metavar="RIGHT_DIR", type=Path, nargs="?",
+                        help="folder of the right camera's images (default: the same folder)")
     parser.add_argument("-o", "--output", metavar="DIR", type=Path, required=True,
                         help="folder for left.yaml and right.yaml, created if needed")
     parser.add_argument("--pattern", metavar=("KIND", "NxM"), nargs=2, required=True,
@@ -64,6 +69,9 @@ def add_parser(commands: argparse._SubParsersAction[Parser]) -> None:
                         help="side of a ChArUco board's markers in metres (default: 0.75 of a square)")
     parser.add_argument("--dictionary", metavar="NAME", default="4X4_50",
                         help="markers of a ChArUco board, as OpenCV names them (default: %(default)s)")
+    parser.add_argument("--legacy", action="store_true",
+                        help="the ChArUco board is of calib.io or of OpenCV before 4.6: its first square has a marker, "
+                             "also if the number of rows is even")
     parser.add_argument("--model", choices=list(MODELS), default="plumb_bob",
                         help="distortion of the lenses: 5 or 8 coefficients (default: %(default)s)")
     parser.add_argument("--alpha", metavar="A", type=fraction, default=0.0,
@@ -71,6 +79,8 @@ def add_parser(commands: argparse._SubParsersAction[Parser]) -> None:
                              "black border (default: %(default)g)")
     parser.add_argument("--keep-all", action="store_true",
                         help="keep pairs that fit much worse than the others (default: do not use them)")
+    parser.add_argument("--max-error", metavar="PIXELS", type=positive, default=MAX_ERROR_PX,
+                        help="largest reprojection error of all pairs together (default: %(default)g)")
     add_json(parser)
     parser.set_defaults(run=run)
 
@@ -78,8 +88,9 @@ def add_parser(commands: argparse._SubParsersAction[Parser]) -> None:
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
     kind, size = options.pattern
-    board      = make_board(kind, size, options.square, options.marker, options.dictionary)
-    files      = pair_files(options.left, options.right)
+    board      = make_board(kind, size, options.square, options.marker, options.dictionary,
+                            options.legacy)
+    files      = _pairs(options.left, options.right)
     if options.output.exists() and not options.output.is_dir():
         raise ImageError(f"{options.output}: is a file, the cameras need a folder")
 
@@ -97,17 +108,28 @@ def run(options: argparse.Namespace) -> int:
             raise GeometryError(f"the pattern is in none of the {len(files)} pairs ({bad[0].name}: {bad[0].reason}): "
                                 f"{board.hint}")
         bars.add_task(f"calibrate with {len(good)} pairs", total=None)
-        result = calibrate(good, width, height, options.model, options.alpha, options.keep_all)
+        result = calibrate(good, width, height, options.model, options.alpha, options.keep_all,
+                           options.max_error)
 
     result  = dataclasses.replace(result, bad=(*bad, *result.bad))
     written = [options.output/name for name in FILES]
-    for path, camera in zip(written, (result.left, result.right), strict=True):
-        write_camera_info(path, camera)
+    write_calibration(options.output, (result.left, result.right))
     if options.json:
         print(json.dumps(_as_json(result, written), indent=2))
     else:
         _print(result, files, written)
     return 0
+
+
+def _pairs(left: Path, right: Path | None) -> list[PairFiles]:
+    """Return the pairs of two folders, or of one with both sides; raise ImageError if there are none."""
+    one   = right is None or left.is_dir() and right.is_dir() and left.samefile(right)
+    files = pair_files_of_one(left) if right is None or one else pair_files(left, right)
+    for pair in files:
+        if pair.left.samefile(pair.right):
+            raise ImageError(f"{pair.left}: is the left and the right image of a pair: give two folders, or one whose "
+                             "files have left and right in their names")
+    return files
 
 
 def _sorted(found: list[BoardPair | BadPair], shapes: dict[str, tuple[int, ...]]
@@ -128,6 +150,7 @@ def _as_json(result: Calibration, written: list[Path]) -> dict[str, Any]:
         **dataclasses.asdict(pair_geometry(result.left, result.right)),
         "reprojection_px": result.reprojection_px,
         "epipolar_px":     result.epipolar_px,
+        "spread":          dataclasses.asdict(result.spread),
         "pairs":           [dataclasses.asdict(pair) for pair in result.pairs],
         "bad_pairs":       [dataclasses.asdict(pair) for pair in result.bad],
         "files":           [str(path) for path in written],
@@ -148,6 +171,8 @@ def _print(result: Calibration, files: list[PairFiles], written: list[Path]) -> 
         f"pairs         {len(result.pairs)} used, {len(files)} in all",
         f"reprojection  {result.reprojection_px:.3f} pixels",
         f"epipolar      {result.epipolar_px:.3f} pixels",
+        f"places        {result.spread}",
+        f"focal length  within {result.spread.focal_error:.1%}",
         f"rectified     {geometry_text(pair_geometry(result.left, result.right))}",
         *(f"wrote         {path}" for path in written),
     ]))

@@ -11,7 +11,8 @@ import argparse
 from pathlib import Path
 
 from ..cameras.calib_txt import read_calib
-from ..cameras.camera_info import CameraInfo, ideal_cameras, pair_geometry, read_camera_info
+from ..cameras.camera_info import CameraInfo, ideal_cameras, read_camera_info
+from ..cameras.rectify import FILES, Rectifier
 from ..core.errors import GeometryError, UsageError
 from ..core.geometry import StereoGeometry
 from .arguments import positive
@@ -49,8 +50,9 @@ def chosen_cameras(options: argparse.Namespace, width: int, height: int) -> Came
     if options.principal_point is not None and not ideal:
         raise UsageError("--principal-point goes with --focal: --calibration and --calib have one already")
     if options.calibration is not None:
-        left, right = (read_camera_info(options.calibration / f"{side}.yaml") for side in ("left", "right"))
-        geometry    = pair_geometry(left, right)
+        left, right = (read_camera_info(options.calibration / name) for name in FILES)
+        # The map is rectified already. Cameras that cannot rectify images are not those that it was made with.
+        geometry    = Rectifier(left, right).geometry
         cameras     = left, right
     elif any(given):
         geometry    = _ideal(options, width, height) if ideal else read_calib(options.calib).geometry

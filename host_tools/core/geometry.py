@@ -18,20 +18,23 @@ from .errors import GeometryError
 
 @dataclass(frozen=True)
 class StereoGeometry:
-    """A rectified pair of cameras, side by side: focal length and rows are equal.
+    """A rectified pair of cameras, side by side: both have the same focal lengths and rows.
 
     Parameters
     ----------
     width, height
         Size of the images in pixels.
     focal_px
-        Focal length in pixels.
+        Focal length in pixels, along the rows.
     baseline_m
         Distance of the cameras in metres, above 0.
     cx_left_px, cy_px
         Principal point of the left camera in pixels: column, and row, which is that of both cameras.
     cx_right_px
         Column of the right camera's principal point in pixels; it differs from `cx_left_px` if the cameras converge.
+    focal_y_px
+        Focal length in pixels, down the columns; it differs from `focal_px` if pixels are not square. 0, the default,
+        becomes `focal_px`.
 
     Raises
     ------
@@ -46,9 +49,12 @@ class StereoGeometry:
     cx_left_px:  float
     cy_px:       float
     cx_right_px: float
+    focal_y_px:  float = 0.0
 
     def __post_init__(self) -> None:
-        for name in ("width", "height", "focal_px", "baseline_m"):
+        if self.focal_y_px == 0:
+            object.__setattr__(self, "focal_y_px", self.focal_px)
+        for name in ("width", "height", "focal_px", "focal_y_px", "baseline_m"):
             if not 0 < getattr(self, name) < math.inf:
                 raise GeometryError(f"{name} must be above 0, not {getattr(self, name)}")
         for name in ("cx_left_px", "cy_px", "cx_right_px"):
@@ -65,9 +71,10 @@ class StereoGeometry:
 
         `cv2.reprojectImageTo3D` converts disparities in pixels to points in metres with it.
         """
+        aspect = self.focal_px/self.focal_y_px
         return np.array([
             [1, 0, 0, -self.cx_left_px],
-            [0, 1, 0, -self.cy_px],
+            [0, aspect, 0, -aspect*self.cy_px],
             [0, 0, 0, self.focal_px],
             [0, 0, 1/self.baseline_m, -self.zero_px/self.baseline_m],
         ], np.float64)
@@ -106,4 +113,4 @@ class StereoGeometry:
         z[np.isinf(z)] = np.nan
         rows, columns = np.mgrid[0:z.shape[0], 0:z.shape[1]]
         return np.stack([(columns - self.cx_left_px)*z/self.focal_px,
-                         (rows - self.cy_px)*z/self.focal_px, z], axis=-1).astype(np.float32)
+                         (rows - self.cy_px)*z/self.focal_y_px, z], axis=-1).astype(np.float32)

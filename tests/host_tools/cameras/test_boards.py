@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 import pytest
 
-from litestereo.host_tools.cameras.board import make_board
+from litestereo.host_tools.cameras.board import _SEARCHES, make_board
 from litestereo.host_tools.cameras.calibrate import calibrate
 from litestereo.host_tools.cameras.find import BadPair, BoardPair, find_board
 from litestereo.host_tools.core.errors import GeometryError, UsageError
@@ -45,7 +45,8 @@ def test_a_chessboard_found_upside_down():
     board   = make_board("chessboard", "9x6", 0.025)
 
     class Turned:
-        points_m = board.points_m
+        points_m  = board.points_m
+        rotations = board.rotations
 
         def __init__(self):
             self.reversed = False
@@ -65,10 +66,67 @@ def test_a_chessboard_found_upside_down():
     (("chessboard", "9x6", 25), "25 mm are 0.025"),
     (("charuco", "9x6", 0.02, 0.03), "smaller than its square"),
     (("charuco", "9x6", 0.02, None, "NONE"), "4X4_50"),
+    (("charuco", "9x6", 0.02, None, ""), "4X4_50"),
+    (("charuco", "9x6", 0.02, None, "DICT_"), "4X4_50"),
+    (("charuco", "9x6", 0.02, None, "DICT_DICT_4X4_50"), "4X4_50"),
+    (("charuco", "11x10", 0.02), "55 markers, 4X4_50 only 50"),
+    (("chessboard", "9x6", 0.02, None, "4X4_50", True), "--legacy goes with"),
 ])
 def test_boards_that_are_none(arguments, text):
     with pytest.raises(UsageError, match=text):
         make_board(*arguments)
+
+
+NAMES = sorted({name.upper().removeprefix("DICT_") for name in dir(cv2.aruco) if name.startswith("DICT_")})
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_dictionary_by_opencvs_name(name):
+    """With and without DICT_, in any case: the board of each is found."""
+    number = next(getattr(cv2.aruco, known) for known in dir(cv2.aruco) if known.upper() == f"DICT_{name}")
+    image  = cv2.aruco.CharucoBoard((5, 4), 0.05, 0.0375, cv2.aruco.getPredefinedDictionary(number)
+                                    ).generateImage((800, 640), marginSize=30)
+    for given in (name, f"DICT_{name}", f"dict_{name.lower()}"):
+        assert len(make_board("charuco", "5x4", 0.05, None, given).find(image).ids) == 12
+
+
+@pytest.mark.parametrize("size", ["5x4", "4x5", "6x6", "7x8", "5x5"])
+def test_boards_of_older_opencv(size):
+    """They differ if the number of rows is even: found with legacy, and named where they are not found."""
+    columns, rows = map(int, size.split("x"))
+    older         = cv2.aruco.CharucoBoard((columns, rows), 0.05, 0.0375,
+                                           cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_50))
+    older.setLegacyPattern(True)
+    image = older.generateImage((800, 800), marginSize=30)
+    board = make_board("charuco", size, 0.05, legacy=True)
+    assert len(board.find(image).ids) == (columns - 1)*(rows - 1) and "leave out --legacy" in board.hint
+    other = make_board("charuco", size, 0.05)
+    assert "try --legacy" in other.hint
+    if rows % 2 == 0:
+        assert other.find(image) is None
+
+
+@pytest.mark.parametrize("number", range(4))
+def test_a_board_before_a_bright_window(number):
+    """A search that fails because of its normalization is not the last one."""
+    rng     = generator(125, number)
+    picture = np.full((480, 640), 250, np.uint8)
+    board   = cv2.resize(rig.chessboard(), None, fx=0.8, fy=0.8)//int(rng.integers(2, 6))
+    top, left = int(rng.integers(20, 200)), int(rng.integers(20, 300))
+    picture[top:top + board.shape[0], left:left + board.shape[1]] = board
+    assert len(make_board("chessboard", "9x6", 0.025).find(picture).ids) == 54
+
+
+def test_the_searches_follow_each_other(monkeypatch):
+    """What only one of them finds is found."""
+    image = rig.chessboard()
+    board = make_board("chessboard", "9x6", 0.025)
+    count = len(_SEARCHES)
+    for only in range(count):
+        searches = [(search if number == only else lambda *_, **__: (False, None), flags)
+                    for number, (search, flags) in enumerate(_SEARCHES)]
+        monkeypatch.setattr("litestereo.host_tools.cameras.board._SEARCHES", searches)
+        assert len(board.find(image).ids) == 54
 
 
 # Bad pairs.
@@ -93,7 +151,7 @@ def test_a_pair_that_does_not_fit_is_named_and_omitted(pairs):
     assert [bad.name for bad in result.bad] == ["04"] and "reprojection error" in result.bad[0].reason
     assert "04" not in [errors.name for errors in result.pairs]
     assert result.reprojection_px < 0.01
-    kept = calibrate(pairs, rig.WIDTH, rig.HEIGHT, keep_all=True)
+    kept = calibrate(pairs, rig.WIDTH, rig.HEIGHT, keep_all=True, max_error_px=2)
     assert len(kept.pairs) == PAIRS and kept.reprojection_px > 0.5 and not kept.bad
 
 

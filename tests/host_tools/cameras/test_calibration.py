@@ -6,6 +6,7 @@
 """From pictures of a board to metres: a made-up pair of cameras, calibrated, rectified, matched."""
 
 import json
+import re
 
 import cv2
 import numpy as np
@@ -178,18 +179,130 @@ def test_mistakes_of_calibrate(boards, tmp_path, capfd):
     (tmp_path/"left").mkdir()
     (tmp_path/"file").write_text("")
     cv2.imwrite(str(tmp_path/"left"/"lone.png"), np.zeros((9, 9), np.uint8))
+    # Few pairs: a board that is not there is searched for seconds.
+    for side in ("left", "right"):
+        (tmp_path/"few"/side).mkdir(parents=True)
+        (tmp_path/"few"/side/"00.png").write_bytes((boards/side/"00.png").read_bytes())
     for arguments, status, text in (
         ([boards/"left", boards/"none", *common], 1, "no such folder"),
         ([boards/"left", tmp_path/"left", *common], 1, "no partner"),
         ([boards/"left", boards/"right", "--square", 0.025, "-o", tmp_path/"out"], 2, "--pattern"),
         ([boards/"left", boards/"right", *common[:3], "--square", 25, "-o", tmp_path/"out"], 2, "metres"),
-        ([boards/"left", boards/"right", *common, "--pattern", "chessboard", "10x7"], 1, "counts inner corners"),
+        ([tmp_path/"few"/"left", tmp_path/"few"/"right", *common, "--pattern", "chessboard", "10x7"], 1,
+         "counts inner corners"),
         ([boards/"left", boards/"right", *common[:-1], tmp_path/"file"], 1, "need a folder"),
         ([boards/"left", boards/"right", *common, "--alpha", 2], 2, "from 0 to 1"),
     ):
         assert run("calibrate", *arguments) == status
         assert text in error_line(capfd)
     assert not (tmp_path/"out").exists()
+
+
+@pytest.mark.parametrize(("old", "new", "text"), [
+    (r"(?<=camera_matrix:\n  rows: 3\n  cols: 3\n  data: )\[[^]]*\]", "[0, 0, 0, 0, 0, 0, 0, 0, 0]", "not calibrated"),
+    (r"distortion_model: plumb_bob", "distortion_model: equidistant", "has 5 numbers"),
+    (r"(?<=rectification_matrix:\n  rows: 3\n  cols: 3\n  data: )\[[^]]*\]", "[1, 0, 0, 0, 1, 0, 0, 0, -1]",
+     "is no rotation"),
+    (r"(?<=cols: 5\n  data: )\[[^]]*\]", "[-5, 0, 0, 0, 0]", "fold the image"),
+    (r"(?s).*", "["*500, "not a YAML file"),
+])
+def test_every_command_checks_the_cameras(calibration, photos, tmp_path, old, new, text, capfd):
+    """One line of each command that takes cameras, and no file."""
+    for name in ("left.yaml", "right.yaml"):
+        written = (calibration/name).read_text()
+        changed = re.sub(old, new, yaml_blocks(written), count=1) if name == "left.yaml" else written
+        (tmp_path/"cal").mkdir(exist_ok=True)
+        (tmp_path/"cal"/name).write_text(changed)
+    disparity = np.full((rig.HEIGHT, rig.WIDTH), -16, np.int16)
+    disparity[10:-10, 80:-10] = 160
+    np.save(tmp_path/"map.npy", disparity)
+    cameras = ["--calibration", tmp_path/"cal", "-o", tmp_path/"out"]
+    for arguments in (["match", *photos, "--device", "model:"], ["rectify", *photos],
+                      ["stream", photos[0].parent, photos[1].parent, "--device", "model:"],
+                      ["export", tmp_path/"map.npy", "--format", "depth-npy"]):
+        assert run(*arguments, *cameras) == 1, arguments
+        assert text in error_line(capfd)
+    assert not (tmp_path/"out").exists()
+
+
+def yaml_blocks(text):
+    """A camera_info with each matrix in four lines, as camera_calibration writes it."""
+    return re.sub(r"(\w+): \{rows: (\d), cols: (\d+), data: (\[[^]]*\])\}",
+                  r"\1:\n  rows: \2\n  cols: \3\n  data: \4", text)
+
+
+@pytest.mark.parametrize("prefix", ["left right", "left- right-", "Left_ Right_"])
+def test_one_folder_with_both_sides(boards, calibration, tmp_path, prefix, capfd):
+    """As ROS's calibrationdata.tar.gz and OpenCV's samples lie: the same cameras, named once or twice."""
+    for number in range(PAIRS):
+        for side, start in zip(("left", "right"), prefix.split(), strict=True):
+            name = f"{start}{number:02}.png"
+            (tmp_path/name).write_bytes((boards/side/f"{number:02}.png").read_bytes())
+    common = ["--pattern", "chessboard", "9x6", "--square", 0.025, "-o", tmp_path/"out"]
+    for folders in ([tmp_path], [tmp_path, tmp_path]):
+        assert run("calibrate", *folders, *common, "--json") == 0
+        assert len(json.loads(capfd.readouterr().out)["pairs"]) == PAIRS
+        again = read_calibration(tmp_path/"out").geometry
+        assert again.baseline_m == pytest.approx(read_calibration(calibration).geometry.baseline_m, rel=1e-6)
+
+
+def test_a_picture_is_no_pair_with_itself(boards, tmp_path, capfd):
+    """One folder twice, by its name, by a link, by links of its files."""
+    (tmp_path/"link").symlink_to(boards/"left")
+    (tmp_path/"hard").mkdir()
+    for path in (boards/"left").iterdir():
+        (tmp_path/"hard"/path.name).hardlink_to(path)
+    common = ["--pattern", "chessboard", "9x6", "--square", 0.025, "-o", tmp_path/"out"]
+    for right in (boards/"left", boards/"left"/".."/"left", tmp_path/"link", tmp_path/"hard"):
+        assert run("calibrate", boards/"left", right, *common) == 1
+        error_line(capfd)
+    assert run("calibrate", boards/"left", *common) == 1
+    error_line(capfd)
+    assert not (tmp_path/"out").exists()
+
+
+@pytest.mark.parametrize(("change", "text"), [
+    ("swap", "swap the two folders"), ("same", "of one camera"), ("rotate", "one camera is rotated by 180 degrees"),
+    ("shift", "at the same moment"), ("once", "in one place"), ("limit", "--max-error"),
+])
+def test_nothing_is_written_after_an_error(boards, tmp_path, change, text, capfd):
+    """No folder, and files of an earlier calibration stay."""
+    for number in range(6):
+        left, right = (cv2.imread(str(boards/side/f"{number:02}.png")) for side in ("left", "right"))
+        later       = cv2.imread(str(boards/"right"/f"{(number + 1) % 6:02}.png"))
+        first       = [cv2.imread(str(boards/side/"00.png")) for side in ("left", "right")]
+        pair        = {"swap": (right, left), "same": (left, left.copy()), "rotate": (left, right[::-1, ::-1]),
+                       "shift": (left, later), "once": first, "limit": (left, right)}[change]
+        for side, image in zip(("left", "right"), pair, strict=True):
+            (tmp_path/side).mkdir(exist_ok=True)
+            cv2.imwrite(str(tmp_path/side/f"{number}.png"), image)
+    (tmp_path/"old").mkdir()
+    (tmp_path/"old"/"left.yaml").write_text("old")
+    for out in ("new", "old"):
+        limit = ["--max-error", "0.001"] if change == "limit" else []
+        assert run("calibrate", tmp_path/"left", tmp_path/"right", "--pattern", "chessboard", "9x6", "--square", 0.025,
+                   "--keep-all", *limit, "-o", tmp_path/out) == 1
+        assert text in error_line(capfd)
+    assert not (tmp_path/"new").exists()
+    assert [path.name for path in (tmp_path/"old").iterdir()] == ["left.yaml"]
+    assert (tmp_path/"old"/"left.yaml").read_text() == "old"
+
+
+def test_the_hint_at_older_boards(tmp_path, capfd):
+    """ChArUco boards of calib.io, with the names of OpenCV: a hint first, then cameras."""
+    markers = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_5X5_100)
+    board   = cv2.aruco.CharucoBoard((6, 4), 0.05, 0.0375, markers)
+    board.setLegacyPattern(True)
+    picture = board.generateImage((960, 640))
+    for number, (middle, degrees) in enumerate(rig.board_places(generator(126), 6)):
+        rig.take(tmp_path, f"{number}", [rig.flat(picture, 0.3, middle, degrees)])
+    arguments = ["calibrate", tmp_path/"left", tmp_path/"right", "--pattern", "charuco", "6x4", "--square", 0.05,
+                 "--dictionary", "DICT_5X5_100", "-o", tmp_path/"out"]
+    capfd.readouterr()
+    assert run(*arguments) == 1
+    assert "try --legacy" in error_line(capfd)
+    assert run(*arguments, "--legacy") == 0
+    assert read_calibration(tmp_path/"out").geometry.baseline_m == pytest.approx(rig.BASELINE_M, rel=0.01)
 
 
 def test_mistakes_of_rectify_and_match(boards, photos, calibration, tmp_path, capfd):

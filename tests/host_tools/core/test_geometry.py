@@ -35,6 +35,17 @@ def test_q_is_that_of_opencv():
     np.testing.assert_allclose(ours.q(), q, atol=1e-9)
 
 
+def test_pixels_that_are_not_square():
+    """The second focal length is that of the columns: of points and of Q. Without it there is one."""
+    oblong    = StereoGeometry(**{**GEOMETRY.__dict__, "focal_y_px": 400.0})
+    disparity = disparities()
+    points    = oblong.points_m(disparity)
+    np.testing.assert_allclose(points, cv2.reprojectImageTo3D(disparity, oblong.q()), rtol=1e-4)
+    np.testing.assert_allclose(points[:, :, 1], GEOMETRY.points_m(disparity)[:, :, 1]*1.25, rtol=1e-6)
+    np.testing.assert_array_equal(points[:, :, [0, 2]], GEOMETRY.points_m(disparity)[:, :, [0, 2]])
+    assert GEOMETRY.focal_y_px == GEOMETRY.focal_px
+
+
 def test_nothing_is_not_near():
     disparity = np.array([[np.nan, GEOMETRY.zero_px, 0.0, GEOMETRY.zero_px + 10]], np.float32)
     depth     = GEOMETRY.depth_m(disparity)
@@ -44,7 +55,8 @@ def test_nothing_is_not_near():
     assert np.isnan(GEOMETRY.points_m(disparity)[0, :3]).all()
 
 
-@pytest.mark.parametrize(("name", "value"), [("focal_px", 0.0), ("baseline_m", -0.1), ("width", 0),
+@pytest.mark.parametrize(("name", "value"), [("focal_px", 0.0), ("focal_y_px", -1.0), ("focal_y_px", np.nan),
+                                             ("baseline_m", -0.1), ("width", 0),
                                              ("cx_left_px", np.nan)])
 def test_cameras_that_cannot_be(name, value):
     with pytest.raises(GeometryError, match=name):
