@@ -16,18 +16,20 @@ from pathlib import Path
 from typing import Any
 
 import rich.console
-import rich.progress
 import rich.table
 
 from ..cameras.board import KINDS, make_board
 from ..cameras.calibrate import MODELS, Calibration, calibrate
 from ..cameras.camera_info import pair_geometry, write_camera_info
 from ..cameras.find import BadPair, BoardPair, find_board
+from ..cameras.kinds import CALIBRATED_CAMERA
 from ..cameras.rectify import FILES, geometry_text
 from ..core.errors import GeometryError, ImageError
 from ..core.images import read_grey
-from ..data.sources.files import PairFiles, pair_files
-from .arguments import Parser, add_json, fraction, positive
+from ..core.outputs import Outputs
+from ..data.sources.pairing import PairFiles, pair_files
+from .arguments import Parser, add_force, add_json, fraction, positive
+from .progress import terminal_bars
 
 #: Width of the table in characters if stdout is not a terminal.
 _TABLE_WIDTH = 110
@@ -38,7 +40,10 @@ examples:
   litestereo calibrate left/ right/ --pattern charuco 8x6 --square 0.03 --marker 0.0225 --dictionary 5X5_100 -o cal/
 
 The files of a pair have the same name, except for left and right: left/07.png and right/07.png, or left/left07.png and
-right/right07.png. Ten to thirty pairs are good, with the board near and far, tilted, and in all corners of both images.
+right/right07.png. left and right are whole words of a name, as are l and r, cam0 and cam1, image_0 and image_1; hidden
+files are not read. One folder given twice has both sides in it.
+
+Ten to thirty pairs are good, with the board near and far, tilted, and in all corners of both images.
 
 files written:
   left.yaml, right.yaml  the cameras as ROS's camera_info; lengths in metres
@@ -72,6 +77,7 @@ def add_parser(commands: argparse._SubParsersAction[Parser]) -> None:
     parser.add_argument("--keep-all", action="store_true",
                         help="keep pairs that fit much worse than the others (default: do not use them)")
     add_json(parser)
+    add_force(parser)
     parser.set_defaults(run=run)
 
 
@@ -82,11 +88,12 @@ def run(options: argparse.Namespace) -> int:
     files      = pair_files(options.left, options.right)
     if options.output.exists() and not options.output.is_dir():
         raise ImageError(f"{options.output}: is a file, the cameras need a folder")
+    outputs = Outputs([path for one in files for path in (one.left, one.right)], options.force)
+    written = [outputs.add(options.output/name, CALIBRATED_CAMERA) for name in FILES]
 
-    images   = {}
-    terminal = rich.console.Console(stderr=True)
-    found    = list[BoardPair | BadPair]()
-    with rich.progress.Progress(console=terminal, transient=True, disable=not terminal.is_terminal) as bars:
+    images = {}
+    found  = list[BoardPair | BadPair]()
+    with terminal_bars() as bars:
         for one in bars.track(files, description="find the board"):
             left, right      = read_grey(one.left)[0], read_grey(one.right)[0]
             images[one.name] = left.shape
@@ -100,7 +107,6 @@ def run(options: argparse.Namespace) -> int:
         result = calibrate(good, width, height, options.model, options.alpha, options.keep_all)
 
     result  = dataclasses.replace(result, bad=(*bad, *result.bad))
-    written = [options.output/name for name in FILES]
     for path, camera in zip(written, (result.left, result.right), strict=True):
         write_camera_info(path, camera)
     if options.json:

@@ -17,6 +17,7 @@ from typing import Any
 
 from ..core.errors import ViewerError
 from ..core.extras import import_extra
+from ..core.outputs import finish, partial_of
 
 #: Where Rerun's viewer listens by default.
 DEFAULT_URL = "rerun+http://127.0.0.1:9876/proxy"
@@ -53,6 +54,9 @@ class Recording:
         self.stream = self.rerun.RecordingStream("litestereo")
         #: URL of the page for browsers; empty if there is none.
         self.page   = ""
+        # The file has its name at the end: until then an older recording is there.
+        self._save    = target.save
+        self._partial: Path | None = None
         try:
             self._begin(target)
         except (RuntimeError, OSError, ValueError) as error:
@@ -62,7 +66,8 @@ class Recording:
         if target.save is not None:
             try:
                 target.save.parent.mkdir(parents=True, exist_ok=True)
-                self.stream.save(target.save)
+                self._partial = partial_of(target.save)
+                self.stream.save(self._partial)
             except (RuntimeError, OSError):
                 raise ViewerError(f"{target.save}: cannot be written") from None
         elif target.connect is not None:
@@ -88,6 +93,16 @@ class Recording:
             raise ViewerError(f"the viewer is gone: {' '.join(str(error).split())}") from None
         finally:
             self.stream.disconnect()
+            self._finish()
+
+    def _finish(self) -> None:
+        """Give the file its name; raise ViewerError if that is impossible."""
+        if self._save is not None and self._partial is not None:
+            try:
+                finish(self._partial, self._save)
+            except OSError as error:
+                raise ViewerError(f"{self._save}: cannot be written: {error.strerror or error}") from None
+            self._partial = None
 
 
 def _probe(url: str) -> None:
