@@ -105,6 +105,11 @@ def _run(arguments: Sequence[str] | None) -> int:
     except LiteStereoError as error:
         print(f"litestereo: error: {error}", file=sys.stderr)
         return USAGE if isinstance(error, UsageError) else FAILURE
+    except OSError as error:
+        # As of a name that is too long, or a folder that may not be listed.
+        where = "" if error.filename is None else f"{error.filename}: "
+        print(f"litestereo: error: {where}{error.strerror or error}", file=sys.stderr)
+        return FAILURE
     except KeyboardInterrupt:
         print("litestereo: interrupted", file=sys.stderr)
         return INTERRUPTED

@@ -44,6 +44,9 @@ from .streams import stdout_failed
 #: The kinds of sources, for the help of the commands that read one.
 SOURCES = "\n".join(f"  {name:18}  {text}" for name, text in EXAMPLES.items())
 
+#: Most numbered frames whose files are checked before the first one is written; others are checked one by one.
+_MOST_PLANNED = 100_000
+
 _EPILOG = f"""\
 examples:
   litestereo stream left/ right/ --device udp://192.168.1.50 -o maps
@@ -127,8 +130,8 @@ def run(options: argparse.Namespace) -> int:
     with contextlib.ExitStack() as stack:
         source   = stack.enter_context(open_source(options.source))
         outputs  = Outputs(source_inputs(options, source), options.force)
-        # Numbered frames that do not come are planned too: that does no harm.
-        names    = source.names or [f"{number:06}" for number in range(source.length or 0)]
+        # Numbered frames that do not come are planned too: that does no harm. Headers may give absurd numbers.
+        names    = source.names or [f"{number:06}" for number in range(min(source.length or 0, _MOST_PLANNED))]
         planned  = {path for name in names[:options.frames] for path in _plan(options, outputs, name)}
         device   = stack.enter_context(connect(options.device))
         stop     = stack.enter_context(stopped_by_ctrl_c())

@@ -79,11 +79,12 @@ def read_image(path: Path) -> NDArray[Any]:
     ImageError
         The file cannot be read, or is not an image.
     """
-    data = np.frombuffer(read_file(path), np.uint8)
-    if _is_cut(data.tobytes()):
+    content = read_file(path)
+    if _is_cut(content):
         raise ImageError(f"{path}: is not an image that is whole: its end is missing")
     try:
         with quiet_stderr():
+            data  = np.frombuffer(content, np.uint8)
             image = cv2.imdecode(data, cv2.IMREAD_UNCHANGED) if len(data) else None
     except cv2.error:
         image = None

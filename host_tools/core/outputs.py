@@ -128,7 +128,7 @@ class Outputs:
         except OSError as error:
             if error.errno not in (errno.ENOENT, errno.ENOTDIR):
                 raise ImageError(f"{path}: cannot be written: {error.strerror or error}") from None
-            above = next(parent for parent in target.parents if parent.exists())
+            above = next(parent for parent in target.parents if os.path.exists(parent))
             if not above.is_dir():
                 raise ImageError(f"{path}: cannot be written: {above} is no folder") from None
             return
@@ -146,7 +146,7 @@ def _is_stream(path: Path) -> bool:
     """Return whether a path is of a device or a pipe, as /dev/stdout: nothing is replaced, and nothing renamed."""
     # Of /dev/stdout the real name may be that of a file, into which a shell has the output written.
     return (os.path.abspath(path).startswith(("/dev/", "/proc/"))
-            or path.exists() and not path.is_file() and not path.is_dir())
+            or os.path.exists(path) and not os.path.isfile(path) and not os.path.isdir(path))
 
 
 def _head(path: Path) -> bytes:
@@ -160,7 +160,7 @@ def _head(path: Path) -> bytes:
 def _name(path: Path) -> tuple[object, ...]:
     """Return what two paths of one file have in common, whether it exists or not."""
     target = Path(os.path.realpath(path))
-    above  = next((parent for parent in target.parents if parent.is_dir()), Path(target.anchor))
+    above  = next((parent for parent in target.parents if os.path.isdir(parent)), Path(target.anchor))
     status = above.stat()
     parts  = target.relative_to(above).parts
     if folds_case(above):

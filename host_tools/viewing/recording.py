@@ -54,7 +54,8 @@ class Recording:
         self.stream = self.rerun.RecordingStream("litestereo")
         #: URL of the page for browsers; empty if there is none.
         self.page   = ""
-        # The file has its name at the end: until then an older recording is there.
+        # The file has its name at the end, if there is a frame in it: until then an older recording is there.
+        self._begun   = False
         self._save    = target.save
         self._partial: Path | None = None
         try:
@@ -83,6 +84,7 @@ class Recording:
 
     def log(self, path: str, what: Any, static: bool = False) -> None:
         """Log a value of Rerun under `path`, at the time that was set last, or for all times if `static`."""
+        self._begun |= not static
         self.stream.log(path, what, static=static)
 
     def close(self) -> None:
@@ -99,7 +101,10 @@ class Recording:
         """Give the file its name; raise ViewerError if that is impossible."""
         if self._save is not None and self._partial is not None:
             try:
-                finish(self._partial, self._save)
+                if self._begun:
+                    finish(self._partial, self._save)
+                elif self._partial != self._save:
+                    self._partial.unlink(missing_ok=True)
             except OSError as error:
                 raise ViewerError(f"{self._save}: cannot be written: {error.strerror or error}") from None
             self._partial = None

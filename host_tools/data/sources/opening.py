@@ -108,13 +108,13 @@ def _kind(place: Path | int) -> str:
 
 
 def _is_image(path: Path) -> bool:
-    with quiet_stderr(), contextlib.suppress(cv2.error):
+    with quiet_stderr(), contextlib.suppress(cv2.error, UnicodeError, SystemError):
         return bool(cv2.haveImageReader(str(path)))
     return False
 
 
 def _is_video(path: Path) -> bool:
-    with quiet_stderr(), contextlib.suppress(cv2.error):
+    with quiet_stderr(), contextlib.suppress(cv2.error, UnicodeError, SystemError):
         capture = cv2.VideoCapture(str(path))
         try:
             return bool(capture.isOpened())

@@ -134,7 +134,7 @@ def name_of(place: Path | int) -> str:
 def _open(capture: cv2.VideoCapture, place: Path | int) -> None:
     """Open a capture; raise ImageError if it cannot be opened."""
     opened = False
-    with quiet_stderr(), contextlib.suppress(cv2.error):
+    with quiet_stderr(), contextlib.suppress(cv2.error, UnicodeError, SystemError):
         opened = capture.open(place if isinstance(place, int) else str(place))
     if not opened and isinstance(place, int):
         raise ImageError(f"camera:{place}: cannot be opened: is it plugged in, and not used by another program?")

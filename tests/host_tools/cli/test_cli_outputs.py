@@ -181,3 +181,11 @@ def test_an_image_is_not_matched_with_itself(command, folder, capfd):
         assert run(command, "left.png", second, *more) == 1
         assert "left and right image at the same time" in error_line(capfd)
         assert not (folder/"out").exists()
+
+
+@pytest.mark.parametrize("arguments", [arguments for arguments, _ in COMMANDS if "--save" not in arguments],
+                         ids=lambda words: " ".join(map(str, words[:3])))
+def test_a_name_that_is_too_long(arguments, folder, capfd):
+    words = [str(word).replace("out", "o"*300) for word in arguments]
+    assert run(*words) == 1
+    assert "File name too long" in error_line(capfd)
