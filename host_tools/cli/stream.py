@@ -143,7 +143,7 @@ def run(options: argparse.Namespace) -> int:
         meter    = Meter()
         with terminal_bars(*columns) as bars:
             bar = bars.add_task("waiting for the first map", total=options.frames or source.length)
-            # Without files and without a reader nothing is left to do.
+            # Without files and without a reader there is nothing more to do.
             for matched in match_source(device, source, matching, options.frames,
                                         lambda: stop() or options.output is None and stdout_failed()):
                 meter.count(matched.latency_s)

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""The standard streams in any state: closed, full, a pipe that its reader has left, or in ASCII.
+"""The standard streams in any state: closed, full, a pipe that its reader has closed, or in ASCII.
 
 A command prints as if all went well, and writes its files. What stdout did not accept is told at the end: one line on
 stderr, and a status that is not 0. A closed stdout was closed on purpose, as of a daemon: it is no failure.
@@ -97,7 +97,7 @@ class Streams:
         """Flush; return whether stdout has accepted all of it, and say on stderr why not."""
         self._stdout.flush()
         error = self._stdout.error
-        # The reader of a pipe leaves on purpose: it has what it wanted.
+        # The reader of a pipe closes it on purpose: it has what it wanted.
         if error is not None and not isinstance(error, BrokenPipeError):
             reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
             print(f"litestereo: error: the output cannot be written to stdout: {reason}", file=self._stderr)

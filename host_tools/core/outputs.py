@@ -11,7 +11,7 @@ Without `--force` no result replaces
 - a file that the command reads, by any of its names: symbolic and hard links, `..`, other cases of letters;
 - a file of another kind: a photo where a map is to be, a calibration where the cameras of rectified images are to be.
 
-Two results of one run never have one name, not even with `--force`. Results of an earlier run are of the same kind, and
+Two results of one command never have one name, not even with `--force`. Its earlier results are of the same kind, and
 are replaced.
 """
 
@@ -82,7 +82,7 @@ _HINT = "name another place, or give --force to replace it"
 
 
 class Outputs:
-    """The results of one run.
+    """The results of one command.
 
     Parameters
     ----------

@@ -7,7 +7,7 @@
 
 The names of a pair are equal except for one word that says the side. A word is a letter case, digits or separators
 away from its neighbours: `left` is a word of `left_07`, `img-Left`, `leftImage` and `left07`, and none of `bright`. In
-folders of their own the names may also be equal altogether. The sides are, the first ones that a file has:
+separate folders the names may also be equal altogether. The sides are, the first ones that a file has:
 
 | left                     | right                      |
 |--------------------------|----------------------------|
@@ -149,7 +149,7 @@ def _match(left: Sequence[Path], right: Sequence[Path], commons: list[dict[Path,
         if len(others) > 1:
             first, second = sorted(others)[:2]
             raise ImageError(f"{first} and {second} are both partners of {path} by their names: leave one of each pair "
-                             "in the folder, or put the images of each camera into a folder of its own, with equal "
+                             "in the folder, or put the images of the two cameras into two folders, with equal "
                              "names")
     return found
 
@@ -166,12 +166,12 @@ def pair_names(left: Sequence[Path], right: Sequence[Path], equal: bool) -> list
 
     Returns
     -------
-    The pairs in the order of `left`, with names of their own.
+    The pairs in the order of `left`, with different names.
 
     Raises
     ------
     ImageError
-        A file has two partners, is its own partner, or some have none; two pairs would have one name.
+        A file has two partners, none, or itself.
     """
     _check_twins(left)
     _check_twins(right)
@@ -267,4 +267,4 @@ def _check_series(pairs: list[PairFiles], images: list[Path]) -> None:
         if path not in by_words and any(common in series and number not in "01" for common, number in
                                         _numbers(path.stem)):
             raise ImageError(f"{path}: is of a series of images, of which 0 and 1 need not be a pair: put the images "
-                             "of each camera into a folder of its own, with equal names")
+                             "of the two cameras into two folders, with equal names")

@@ -116,7 +116,7 @@ class VideoSource(Source):
 
 
 def _rest(capture: cv2.VideoCapture) -> int | None:
-    """Count the frames that are left in a file; None if that takes too long."""
+    """Count the remaining frames of a file; None if that takes too long."""
     number, end_s = 0, time.monotonic() + _REST_LIMIT_S
     with quiet_stderr():
         while capture.grab():

@@ -44,7 +44,7 @@ COMMANDS = {
     "help":    (["match", "--help"], []),
     "version": (["--version"], []),
 }
-STDOUT = ("open", "closed", "full", "left", "ascii")
+STDOUT = ("open", "closed", "full", "departed", "ascii")
 STDERR = ("open", "closed", "full")
 
 
@@ -68,12 +68,12 @@ def launched(arguments, folder, stdout, stderr, tmp_path):
     """Run a command with streams in these states, and give its status and what it wrote to them."""
     outs = {name: tmp_path/name for name in ("out", "err")}
     redirections = {
-        "open": f">{outs['out']}", "ascii": f">{outs['out']}", "closed": ">&-", "full": ">/dev/full", "left": "| true",
+        "open": f">{outs['out']}", "ascii": f">{outs['out']}", "closed": ">&-", "full": ">/dev/full", "departed": "",
     }
     errors = {"open": f"2>{outs['err']}", "closed": "2>&-", "full": "2>/dev/full"}
     # The reader of the pipe has gone before the first word: the shell waits for it.
     script = f'"$@" {redirections[stdout]} {errors[stderr]}'
-    if stdout == "left":
+    if stdout == "departed":
         script = f'mkfifo "{tmp_path}/fifo"; : <"{tmp_path}/fifo" & exec 3>"{tmp_path}/fifo"; wait; ' \
                  f'"$@" >&3 {errors[stderr]}'
     environment = {name: value for name, value in os.environ.items() if name != "LITESTEREO_DEVICE"}
@@ -99,7 +99,7 @@ def test_streams(name, stdout, stderr, data, tmp_path):
     for file in files:
         (data/file).unlink(missing_ok=True)
     status, out, err = launched(arguments, data, stdout, stderr, tmp_path)
-    assert status == {"open": 0, "ascii": 0, "closed": 0, "full": 1, "left": 1}[stdout], err
+    assert status == {"open": 0, "ascii": 0, "closed": 0, "full": 1, "departed": 1}[stdout], err
     assert all((data/file).stat().st_size for file in files)
     assert "Traceback" not in err and err.count("\n") <= 1
     if stdout == "full" and stderr == "open":
@@ -131,7 +131,7 @@ def test_a_file_does_not_get_what_is_printed(data, tmp_path):
 
 
 def test_a_stream_that_only_prints_ends_with_its_reader(data):
-    """Without -o nothing is left to do: the pairs of a camera have no end."""
+    """Without -o there is nothing more to do: the pairs of a camera have no end."""
     for number in range(3, 300):
         for side in ("left", "right"):
             os.makedirs(data/"many"/side, exist_ok=True)

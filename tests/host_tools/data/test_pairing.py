@@ -81,7 +81,7 @@ def test_two_folders(left, right, names, tmp_path):
 def test_one_folder(names, found, unused, tmp_path):
     pairs, number = pair_files_of_one(folder(tmp_path, names))
     assert (told(pairs), number) == (found, unused)
-    # Given twice it is one folder, by whatever name: never pairs of an image with itself.
+    # Given twice it is one folder, by any of its names: never pairs of an image with itself.
     os.symlink(tmp_path, tmp_path/"again")
     for other in (tmp_path, tmp_path/"again", tmp_path/"again"/".."/tmp_path.name):
         assert told(pair_files(tmp_path, other)) == found
@@ -134,7 +134,7 @@ def test_hidden_files_are_no_images(tmp_path):
 
 
 def test_drawn_names(tmp_path):
-    """Of names with one side each pair is found, in one folder and in two, whatever else is in the names."""
+    """Of names with one side each pair is found, in one folder and in two, with all kinds of other words."""
     rng    = generator(230)
     sides  = [("left", "right"), ("Left", "Right"), ("LEFT", "RIGHT"), ("l", "r"), ("cam0", "cam1"),
               ("image_0", "image_1")]

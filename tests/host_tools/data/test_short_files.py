@@ -71,7 +71,7 @@ def test_a_video_cut_short(names, share, pair, tmp_path, capfd):
 
 @pytest.mark.parametrize("ending", [".h264", ".ts", ".MKV", ".dat", ""])
 def test_what_is_a_video_is_asked_of_opencv(ending, pair, tmp_path, capfd):
-    """Whatever a video is called, it is one."""
+    """A video may have any name."""
     write_video(tmp_path/"v.avi", [np.hstack(pair)]*2)
     (tmp_path/"v.avi").rename(tmp_path/f"clip{ending}")
     assert run("stream", f"clip{ending}", *SMALL) == 0
