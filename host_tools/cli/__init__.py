@@ -87,12 +87,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
     with standard_streams() as streams:
         try:
             status = _run(arguments)
+            # Even after an error: what was printed before it may be missing.
+            return status if streams.finish() or status else FAILURE
         except SystemExit as end:
             if streams.finish() or end.code:
                 raise
             raise SystemExit(FAILURE) from None
-        # Even after an error: what was printed before it may be missing.
-        return status if streams.finish() or status else FAILURE
+        except KeyboardInterrupt:
+            print("litestereo: interrupted", file=sys.stderr)
+            return INTERRUPTED
 
 
 def _run(arguments: Sequence[str] | None) -> int:
@@ -110,7 +113,4 @@ def _run(arguments: Sequence[str] | None) -> int:
         where = "" if error.filename is None else f"{error.filename}: "
         print(f"litestereo: error: {where}{error.strerror or error}", file=sys.stderr)
         return FAILURE
-    except KeyboardInterrupt:
-        print("litestereo: interrupted", file=sys.stderr)
-        return INTERRUPTED
     return status
