@@ -44,7 +44,7 @@ if TYPE_CHECKING:
     from .core.settings import MatcherSettings
     from .core.speckle import SpeckleFilter
     from .data.ground_truth import read_ground_truth
-    from .data.sources import Shot, Source, open_source
+    from .data.sources import Shortfall, Shot, Source, open_source
     from .devices.base import Device, DeviceInfo, Result
     from .devices.connect import connect
     from .devices.stereo_bm import StereoBM, StereoBM_create
@@ -54,9 +54,10 @@ if TYPE_CHECKING:
 __all__ = ["DatasetError", "Device", "DeviceError", "DeviceInfo", "DeviceRefused", "Feature", "FirmwareError",
            "GeometryError", "ImageError", "LinkSettings", "LinkTimeout", "LiteStereoError", "MatcherSettings",
            "MissingExtraError", "OpenCVError", "ProtocolError", "Rectifier", "Result", "SessionLost", "SettingsError",
-           "Shot", "Source", "SpeckleFilter", "StereoBM", "StereoBM_create", "StereoGeometry", "UnsupportedError",
-           "UpdateFailed", "UrlError", "UsageError", "ViewerError", "WorkerError", "connect", "disparity_pixels",
-           "measure_map", "open_source", "read_calibration", "read_grey", "read_ground_truth", "write_disparity"]
+           "Shortfall", "Shot", "Source", "SpeckleFilter", "StereoBM", "StereoBM_create", "StereoGeometry",
+           "UnsupportedError", "UpdateFailed", "UrlError", "UsageError", "ViewerError", "WorkerError", "connect",
+           "disparity_pixels", "measure_map", "open_source", "read_calibration", "read_grey", "read_ground_truth",
+           "write_disparity"]
 
 #: Modules of the names.
 _MODULES = {
@@ -80,6 +81,7 @@ _MODULES = {
     "Result":            "devices.base",
     "SessionLost":       "core.errors",
     "SettingsError":     "core.errors",
+    "Shortfall":         "data.sources",
     "Shot":              "data.sources",
     "Source":            "data.sources",
     "SpeckleFilter":     "core.speckle",

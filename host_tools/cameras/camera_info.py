@@ -15,9 +15,10 @@ import numpy as np
 import yaml
 from numpy.typing import NDArray
 
-from ..core.errors import GeometryError, ImageError
+from ..core.errors import GeometryError
 from ..core.geometry import StereoGeometry
 from ..core.images import read_file
+from ..core.outputs import write_file
 from .check import check_distortion, check_finite, check_matrix, check_rotation, check_size, rectified_geometry
 from .numbers import parse_number, quote
 from .plain_yaml import parse_first
@@ -191,11 +192,7 @@ def write_camera_info(path: Path, camera: CameraInfo) -> None:
         "projection_matrix":       entry(camera.projection),
     }
     text = yaml.safe_dump(content, sort_keys=False, default_flow_style=None, width=1 << 20)
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise ImageError(f"{path}: cannot be written: {error.strerror or error}") from None
+    write_file(path, text.encode())
 
 
 def pair_geometry(left: CameraInfo, right: CameraInfo) -> StereoGeometry:

@@ -8,13 +8,13 @@
 from __future__ import annotations
 
 import importlib.metadata
-import os
 import sys
 from collections.abc import Sequence
 
 from ..core.errors import LiteStereoError, UsageError
 from ..core.opencv import check_opencv
 from .arguments import Parser
+from .streams import standard_streams
 
 SUCCESS     = 0
 FAILURE     = 1
@@ -84,20 +84,33 @@ def main(arguments: Sequence[str] | None = None) -> int:
     SystemExit
         By argparse: with status 2 for wrong usage, with 0 for `--help` and `--version`.
     """
+    with standard_streams() as streams:
+        try:
+            status = _run(arguments)
+            # Even after an error: what was printed before it may be missing.
+            return status if streams.finish() or status else FAILURE
+        except SystemExit as end:
+            if streams.finish() or end.code:
+                raise
+            raise SystemExit(FAILURE) from None
+        except KeyboardInterrupt:
+            print("litestereo: interrupted", file=sys.stderr)
+            return INTERRUPTED
+
+
+def _run(arguments: Sequence[str] | None) -> int:
+    """Run the command; return its exit status."""
     try:
         if warning := check_opencv():
             print(f"litestereo: warning: {warning}", file=sys.stderr)
         options = _parser().parse_args(arguments)
         status: int = options.run(options)
-        sys.stdout.flush()
     except LiteStereoError as error:
         print(f"litestereo: error: {error}", file=sys.stderr)
         return USAGE if isinstance(error, UsageError) else FAILURE
-    except KeyboardInterrupt:
-        print("litestereo: interrupted", file=sys.stderr)
-        return INTERRUPTED
-    except BrokenPipeError:
-        # The reader of the output has closed it. Without this Python's flush at exit fails on the same pipe.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    except OSError as error:
+        # As of a name that is too long, or a folder that may not be listed.
+        where = "" if error.filename is None else f"{error.filename}: "
+        print(f"litestereo: error: {where}{error.strerror or error}", file=sys.stderr)
         return FAILURE
     return status

@@ -15,10 +15,7 @@ from typing import Any, NoReturn
 
 from ..core.errors import UsageError
 from ..core.settings import MatcherSettings
-from ..link.urls import EXAMPLES, parse_url
-
-#: Environment variable with the default of `--device`.
-DEVICE_VARIABLE = "LITESTEREO_DEVICE"
+from ..link.urls import DEVICE_VARIABLE, EXAMPLES, parse_url
 
 
 class Parser(argparse.ArgumentParser):
@@ -43,6 +40,13 @@ def add_device(parser: argparse.ArgumentParser) -> None:
 def add_json(parser: argparse.ArgumentParser) -> None:
     """Add `--json`."""
     parser.add_argument("--json", action="store_true", help="print JSON instead of text (default: text)")
+
+
+def add_force(parser: argparse.ArgumentParser) -> None:
+    """Add `--force`."""
+    parser.add_argument("--force", action="store_true",
+                        help="replace files that this command reads, and files that are not of this command (default: "
+                             "replace its earlier results only)")
 
 
 def add_calibration(parser: argparse.ArgumentParser, required: bool = False) -> None:

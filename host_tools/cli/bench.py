@@ -14,14 +14,14 @@ import re
 import sys
 
 import rich.console
-import rich.progress
 import rich.table
 
 from ..devices.base import DeviceInfo
 from ..devices.connect import connect
 from ..live.benchmark import DeviceSpeed, measure_device
 from .arguments import Parser, add_device, add_json, count
-from .matching import add_settings, chosen_settings
+from .matching import add_settings, device_settings, print_notices, stages_off
+from .progress import terminal_bars
 
 #: Sizes that are measured by default, as far as the device accepts them.
 _SIZES = ((160, 120), (320, 240), (640, 480))
@@ -70,17 +70,18 @@ def run(options: argparse.Namespace) -> int:
     """Run the command."""
     with connect(options.device) as device:
         info     = device.info()
-        settings = chosen_settings(options, info.default_settings())
+        choice   = device_settings(options, [info])
+        settings = choice.settings
         sizes    = options.sizes or [size for size in _SIZES if _fits(info, *size)] or [settings.minimum_size]
         for width, height in sizes:
             info.check(width, height, settings)
-        terminal = rich.console.Console(stderr=True)
-        with rich.progress.Progress(console=terminal, transient=True, disable=not terminal.is_terminal) as bars:
+        print_notices(choice.notices)
+        with terminal_bars() as bars:
             bar     = bars.add_task("measure", total=2*options.frames*len(sizes))
             results = [measure_device(device, width, height, settings, options.frames, lambda: bars.advance(bar))
                        for width, height in sizes]
     if options.json:
-        print(json.dumps({"device": info.name, "url": info.url, **dataclasses.asdict(settings),
+        print(json.dumps({"device": info.name, "url": info.url, **dataclasses.asdict(settings), **stages_off(choice),
                           "sizes": [dataclasses.asdict(result) for result in results]}, indent=2))
     else:
         width = None if sys.stdout.isatty() else _TABLE_WIDTH

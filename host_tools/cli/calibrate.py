@@ -16,18 +16,20 @@ from pathlib import Path
 from typing import Any
 
 import rich.console
-import rich.progress
 import rich.table
 
 from ..cameras.board import KINDS, make_board
 from ..cameras.calibrate import MAX_ERROR_PX, MODELS, Calibration, calibrate
 from ..cameras.camera_info import pair_geometry
 from ..cameras.find import BadPair, BoardPair, find_board
+from ..cameras.kinds import CALIBRATED_CAMERA
 from ..cameras.rectify import FILES, geometry_text, write_calibration
 from ..core.errors import GeometryError, ImageError
 from ..core.images import read_grey
-from ..data.sources.files import PairFiles, pair_files, pair_files_of_one
-from .arguments import Parser, add_json, fraction, positive
+from ..core.outputs import Outputs
+from ..data.sources.pairing import PairFiles, pair_files, pair_files_of_one
+from .arguments import Parser, add_force, add_json, fraction, positive
+from .progress import terminal_bars
 
 #: Width of the table in characters if stdout is not a terminal.
 _TABLE_WIDTH = 110
@@ -39,7 +41,9 @@ examples:
   litestereo calibrate left/ right/ --pattern charuco 8x6 --square 0.03 --marker 0.0225 --dictionary 5X5_100 -o cal/
 
 The files of a pair have the same name, except for left and right: left/07.png and right/07.png, or left/left07.png and
-right/right07.png. They may be in one folder, with left and right in their names: then give this folder only.
+right/right07.png. left and right are whole words of a name, as are l and r, cam0 and cam1, image_0 and image_1; hidden
+files are not read. Both sides may be in one folder, with left and right in their names: then give this folder only.
+
 Ten to thirty pairs are good, with the board near and far, tilted, and in all corners of both images.
 
 files written:
@@ -82,6 +86,7 @@ def add_parser(commands: argparse._SubParsersAction[Parser]) -> None:
     parser.add_argument("--max-error", metavar="PIXELS", type=positive, default=MAX_ERROR_PX,
                         help="largest reprojection error of all pairs together (default: %(default)g)")
     add_json(parser)
+    add_force(parser)
     parser.set_defaults(run=run)
 
 
@@ -93,11 +98,12 @@ def run(options: argparse.Namespace) -> int:
     files      = _pairs(options.left, options.right)
     if options.output.exists() and not options.output.is_dir():
         raise ImageError(f"{options.output}: is a file, the cameras need a folder")
+    outputs = Outputs([path for one in files for path in (one.left, one.right)], options.force)
+    written = [outputs.add(options.output/name, CALIBRATED_CAMERA) for name in FILES]
 
-    images   = {}
-    terminal = rich.console.Console(stderr=True)
-    found    = list[BoardPair | BadPair]()
-    with rich.progress.Progress(console=terminal, transient=True, disable=not terminal.is_terminal) as bars:
+    images = {}
+    found  = list[BoardPair | BadPair]()
+    with terminal_bars() as bars:
         for one in bars.track(files, description="find the board"):
             left, right      = read_grey(one.left)[0], read_grey(one.right)[0]
             images[one.name] = left.shape
@@ -112,7 +118,6 @@ def run(options: argparse.Namespace) -> int:
                            options.max_error)
 
     result  = dataclasses.replace(result, bad=(*bad, *result.bad))
-    written = [options.output/name for name in FILES]
     write_calibration(options.output, (result.left, result.right))
     if options.json:
         print(json.dumps(_as_json(result, written), indent=2))
@@ -123,8 +128,7 @@ def run(options: argparse.Namespace) -> int:
 
 def _pairs(left: Path, right: Path | None) -> list[PairFiles]:
     """Return the pairs of two folders, or of one with both sides; raise ImageError if there are none."""
-    one   = right is None or left.is_dir() and right.is_dir() and left.samefile(right)
-    files = pair_files_of_one(left) if right is None or one else pair_files(left, right)
+    files = pair_files_of_one(left)[0] if right is None else pair_files(left, right)
     for pair in files:
         if pair.left.samefile(pair.right):
             raise ImageError(f"{pair.left}: is the left and the right image of a pair: give two folders, or one whose "

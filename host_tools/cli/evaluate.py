@@ -16,21 +16,23 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import rich.console
-import rich.progress
 
 from ..core.errors import ImageError, UsageError
-from ..core.features import Feature
+from ..core.outputs import METRICS_CSV, Outputs
 from ..core.settings import DISPARITY_STEP, MatcherSettings
 from ..data.datasets import load_motorcycle
 from ..data.layouts import find_samples
 from ..data.samples import SampleFiles
+from ..devices.base import Choice
 from ..devices.connect import connect
 from ..evaluation.matchers import OPENCV, check_opencv, opencv_name
 from ..evaluation.metrics import METRICS
 from ..evaluation.report import as_json, means, table, write_csv
 from ..evaluation.work import Job, LoadedSample, evaluate, tasks_of
-from .arguments import DEVICE_VARIABLE, Parser, add_json, count, device_url, positive
-from .matching import add_settings, chosen_settings, chosen_speckle_filter
+from ..link.urls import DEVICE_VARIABLE
+from .arguments import Parser, add_force, add_json, count, device_url, positive
+from .matching import add_settings, chosen_speckle_filter, device_settings, print_notices, stages_off
+from .progress import terminal_bars
 
 _MOTORCYCLE = "motorcycle"
 
@@ -92,6 +94,7 @@ def add_parser(commands: argparse._SubParsersAction[Parser]) -> None:
                         help="scheduler of a Dask cluster to work on, such as tcp://host:8786; its workers must see "
                              "the same files (default: none)")
     add_json(parser)
+    add_force(parser)
     add_settings(parser)
     parser.set_defaults(run=run)
 
@@ -110,18 +113,23 @@ def run(options: argparse.Namespace) -> int:
     samples: list[SampleFiles | LoadedSample] = [*find_samples(options.paths, options.ground_truth_scale)]
     samples += [LoadedSample(_MOTORCYCLE, load_motorcycle())] if options.motorcycle else []
 
+    if options.csv is not None:
+        Outputs([path for sample in samples for path in sample.files], options.force).add(options.csv, METRICS_CSV)
+
     matchers = list(dict.fromkeys([*devices, *map(opencv_name, options.opencv)]))
-    jobs     = _jobs(options, samples, devices)
+    choices  = _choices(options, samples, devices)
+    jobs: list[Job] = [(sample, choice.settings) for sample, choice in zip(samples, choices, strict=True)]
+    print_notices(notice for choice in choices for notice in choice.notices)
     tasks    = tasks_of(matchers, jobs, chosen_speckle_filter(options))
-    terminal = rich.console.Console(stderr=True)
-    with rich.progress.Progress(console=terminal, transient=True, disable=not terminal.is_terminal) as bars:
+    with terminal_bars() as bars:
         bar  = bars.add_task("match", total=sum(len(task.jobs) for task in tasks))
         rows = evaluate(tasks, lambda pairs: bars.advance(bar, pairs), options.jobs, options.cluster)
 
     if options.csv is not None:
         write_csv(options.csv, rows)
     if options.json:
-        settings = [{"pair": source.name, **dataclasses.asdict(settings)} for source, settings in jobs]
+        settings = [{"pair": sample.name, **dataclasses.asdict(choice.settings), **stages_off(choice)}
+                    for sample, choice in zip(samples, choices, strict=True)]
         print(json.dumps({"settings": settings, "results": as_json(rows), "means": as_json(means(rows))}, indent=2))
     else:
         width = None if sys.stdout.isatty() else _TABLE_WIDTH
@@ -129,31 +137,19 @@ def run(options: argparse.Namespace) -> int:
     return 0
 
 
-def _jobs(options: argparse.Namespace, samples: Sequence[SampleFiles | LoadedSample], devices: Sequence[str]
-          ) -> list[Job]:
-    """Return the pairs with their settings. These are equal for all matchers: defaults are what every device has."""
+def _choices(options: argparse.Namespace, samples: Sequence[SampleFiles | LoadedSample], devices: Sequence[str]
+             ) -> list[Choice]:
+    """Return the settings of each pair. These are equal for all matchers: defaults are what every device has."""
     infos = []
     for url in devices:
         with connect(url) as device:
             infos.append(device.info())
-    most    = min((info.max_disparities for info in infos), default=None)
-    missing = Feature(0)
-    for info in infos:
-        missing |= info.missing_features
-    default = MatcherSettings()
-    default = dataclasses.replace(
-        default,
-        disparities = min(default.disparities, most or default.disparities),
-        block_size  = min([default.block_size, *(info.max_block_size for info in infos)]),
-    ).without(missing)
-
-    jobs: list[Job] = []
+    choices: list[Choice] = []
     for sample in samples:
-        enough = default.disparities
+        default = MatcherSettings()
         if sample.ndisp is not None:
-            enough = -(-sample.ndisp//DISPARITY_STEP)*DISPARITY_STEP
-        settings = chosen_settings(options, dataclasses.replace(default, disparities=min(enough, most or enough)))
+            default = dataclasses.replace(default, disparities=-(-sample.ndisp//DISPARITY_STEP)*DISPARITY_STEP)
+        choices.append(device_settings(options, infos, default))
         for kind in options.opencv:
-            check_opencv(kind, settings)
-        jobs.append((sample, settings))
-    return jobs
+            check_opencv(kind, choices[-1].settings)
+    return choices

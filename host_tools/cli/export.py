@@ -18,14 +18,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..cameras.rectify import FILES
 from ..core.errors import ImageError, UsageError
 from ..core.geometry import StereoGeometry
 from ..core.images import pfm_of, read_colour
+from ..core.outputs import CLOUD_PLY, DEPTH_NPY, DEPTH_PNG, DISPARITY_PFM, DISPARITY_PNG, Outputs, write_file
 from ..export import files
-from ..export.bag import write_bag
+from ..export.bag import check_bag, write_bag
 from ..export.maps import SearchRange, read_disparity
 from ..export.messages import StereoMessage
-from .arguments import Parser, add_json, count, natural, positive
+from .arguments import Parser, add_force, add_json, count, natural, positive
 from .cameras import Cameras, add_cameras, chosen_cameras
 
 #: Formats by their names in the command: the file, and its contents.
@@ -37,6 +39,9 @@ FORMATS = {
     "ply":       ("cloud.ply",     "points in metres, binary, with the colours of --left"),
     "mcap":      ("rosbag2",       "folder of a ROS 2 bag: disparity, depth, left and right camera_info, points2"),
 }
+
+#: Kinds of the files; a bag is a folder.
+_KINDS = {"pfm": DISPARITY_PFM, "png": DISPARITY_PNG, "depth-npy": DEPTH_NPY, "depth-png": DEPTH_PNG, "ply": CLOUD_PLY}
 
 #: Formats that need no cameras.
 _WITHOUT_CAMERAS = ("pfm", "png")
@@ -72,6 +77,7 @@ def add_parser(commands: argparse._SubParsersAction[Parser]) -> None:
                         help="format to write, may be repeated")
     parser.add_argument("--left", metavar="IMAGE", type=Path, help="left image, for colours (default: none)")
     add_json(parser)
+    add_force(parser)
     add_cameras(parser)
     matched = parser.add_argument_group("settings that the map was matched with")
     matched.add_argument("--disparities", metavar="N", type=count, default=default.disparities,
@@ -120,6 +126,14 @@ def run(options: argparse.Namespace) -> int:
     if "mcap" in formats:
         search.check(disparity)
 
+    outputs = Outputs(_inputs(options), options.force)
+    for format_ in formats:
+        # A bag is a new folder: `write_bag` sees to that.
+        if format_ in _KINDS:
+            outputs.add(options.output/FORMATS[format_][0], _KINDS[format_])
+    if "mcap" in formats:
+        check_bag(options.output/FORMATS["mcap"][0])
+
     paths = [_write(options, format_, disparity, cameras, image, search) for format_ in formats]
     if options.json:
         print(json.dumps({"width": disparity.shape[1], "height": disparity.shape[0],
@@ -128,6 +142,14 @@ def run(options: argparse.Namespace) -> int:
     else:
         print("\n".join(f"wrote       {path}" for path in paths))
     return 0
+
+
+def _inputs(options: argparse.Namespace) -> list[Path]:
+    """Return the files that the command reads."""
+    inputs = [options.map, *(path for path in (options.left, options.calib) if path is not None)]
+    if options.calibration is not None:
+        inputs += [options.calibration/name for name in FILES]
+    return inputs
 
 
 def _colours(path: Path, disparity: NDArray[np.float32]) -> NDArray[np.uint8]:
@@ -159,11 +181,7 @@ def _write(options: argparse.Namespace, format_: str, disparity: NDArray[np.floa
             message  = StereoMessage(disparity, _points(options, geometry, disparity), image, *cameras, search,
                                      stamp_ns, options.frame_id)
             return write_bag(path, [message], options.namespace)
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(contents[format_]())
-    except OSError as error:
-        raise ImageError(f"{path}: cannot be written: {error.strerror or error}") from None
+    write_file(path, contents[format_]())
     return path
 
 

@@ -10,21 +10,29 @@ from __future__ import annotations
 import argparse
 import dataclasses
 import json
-import sys
 from pathlib import Path
 
-from ..cameras.rectify import read_calibration
+from ..cameras.rectify import FILES, read_calibration
 from ..core.errors import ImageError
-from ..core.images import disparity_pixels, read_grey, write_disparity
+from ..core.images import disparity_pixels, plan_disparity, read_grey, write_disparity
+from ..core.outputs import CLOUD_PLY, DEPTH_NPY, Outputs
 from ..core.settings import MatcherSettings
 from ..data.ground_truth import read_ground_truth
+from ..data.sources.pairing import check_distinct
 from ..devices.base import check_minimum_size, check_pair
 from ..devices.connect import connect
 from ..evaluation.metrics import measure_map
 from ..export.depth import write_cloud, write_depth
-from .arguments import Parser, add_calibration, add_device, add_json, positive
+from .arguments import Parser, add_calibration, add_device, add_force, add_json, positive
 from .match_summary import depth_summary, link_summary, pair_summary, summary_text
-from .matching import add_settings, chosen_settings, chosen_speckle_filter
+from .matching import (
+    add_settings,
+    chosen_settings,
+    chosen_speckle_filter,
+    device_settings,
+    print_notices,
+    stages_off,
+)
 from .progress import progress_bars
 
 _EPILOG = """\
@@ -69,8 +77,21 @@ def add_parser(commands: argparse._SubParsersAction[Parser]) -> None:
     parser.add_argument("--ground-truth-scale", metavar="S", type=positive,
                         help="divisor from the file's values to pixels (default: 256 for 16-bit images, else 1)")
     add_json(parser)
+    add_force(parser)
     add_settings(parser)
     parser.set_defaults(run=run)
+
+
+def _plan(options: argparse.Namespace) -> None:
+    """Check the results against the inputs and what is there; raise ImageError as `Outputs.add`."""
+    inputs = [options.left, options.right, *([] if options.ground_truth is None else [options.ground_truth])]
+    if options.calibration is not None:
+        inputs += [options.calibration/name for name in FILES]
+    outputs = Outputs(inputs, options.force)
+    plan_disparity(options.output, outputs)
+    if options.calibration is not None:
+        outputs.add(options.output/"depth.npy", DEPTH_NPY)
+        outputs.add(options.output/"cloud.ply", CLOUD_PLY)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -90,15 +111,17 @@ def run(options: argparse.Namespace) -> int:
                              f"the images are {width}x{height}")
     if options.output.exists() and not options.output.is_dir():
         raise ImageError(f"{options.output}: is a file, the results need a folder")
+    _plan(options)
     if None not in (options.disparities, options.block_size):
         check_minimum_size(width, height, chosen_settings(options, MatcherSettings()))
 
     with connect(options.device) as device:
         info     = device.info()
-        settings = chosen_settings(options, info.default_settings())
+        choice   = device_settings(options, [info])
+        settings = choice.settings
         info.check(width, height, settings)
-        for notice in left_notices + right_notices:
-            print(f"litestereo: note: {notice}", file=sys.stderr)
+        check_distinct(options.left, options.right)
+        print_notices([*left_notices, *right_notices, *choice.notices])
         with progress_bars() as progress:
             result = device.compute(left, right, settings, progress)
         link = device.link_counters
@@ -115,6 +138,6 @@ def run(options: argparse.Namespace) -> int:
         write_cloud(files[-1], rectifier, options.left, result.disparity, settings)
     quality = None if truth is None else measure_map(disparity_pixels(result.disparity, settings.invalid), truth)
     summary = (pair_summary(info, result, speckle, files, quality) | link_summary(result, link)
-               | {"depth_m": depth_summary(depth_m)})
+               | {"depth_m": depth_summary(depth_m)} | stages_off(choice))
     print(json.dumps(summary, indent=2) if options.json else summary_text(summary))
     return 0

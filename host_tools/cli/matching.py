@@ -9,9 +9,14 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
+import sys
+from collections.abc import Iterable, Sequence
+from typing import Any
 
+from ..core.features import feature_names
 from ..core.settings import RULES, MatcherSettings
 from ..core.speckle import SpeckleFilter
+from ..devices.base import Choice, DeviceInfo, choose_settings
 from .arguments import natural, setting
 
 #: Limits of a device that replace the default where they are less.
@@ -41,7 +46,11 @@ def add_settings(parser: argparse.ArgumentParser, speckle: bool = True) -> None:
     block = RULES["block_size"]
     group = parser.add_argument_group("matching", "Defaults are cv2.StereoBM's, except the block size: "
                                                   f"{block.default}, OpenCV's is {block.opencv_default}.\nA stage that "
-                                                  "the device was built without is off.")
+                                                  "the device was built without is off, unless an option asks for\nit; "
+                                                  "a note says so.")
+    group.add_argument("--strict", action="store_true",
+                       help="refuse a device that was built without a stage that is on by default (default: match "
+                            "without it)")
     for name, rule in RULES.items():
         option = f"--{name.replace('_', '-')}"
         if rule.choice:
@@ -59,10 +68,31 @@ def add_settings(parser: argparse.ArgumentParser, speckle: bool = True) -> None:
                        help="largest difference between neighbours in an island, in sixteenths of a pixel (default: 0)")
 
 
+def _given(options: argparse.Namespace) -> dict[str, Any]:
+    """Return the settings that a command line names."""
+    return {name: getattr(options, name) for name in RULES if getattr(options, name) is not None}
+
+
 def chosen_settings(options: argparse.Namespace, default: MatcherSettings) -> MatcherSettings:
     """Return the settings of a command line; those that it does not name are of `default`."""
-    given = {name: getattr(options, name) for name in RULES if getattr(options, name) is not None}
-    return dataclasses.replace(default, **given)
+    return dataclasses.replace(default, **_given(options))
+
+
+def device_settings(options: argparse.Namespace, infos: Sequence[DeviceInfo],
+                    default: MatcherSettings | None = None) -> Choice:
+    """Return the settings of a command line for devices; raise UnsupportedError as `choose_settings`."""
+    return choose_settings(infos, _given(options), default, options.strict)
+
+
+def print_notices(notices: Iterable[str]) -> None:
+    """Print notes on stderr, each once."""
+    for notice in dict.fromkeys(notices):
+        print(f"litestereo: note: {notice}", file=sys.stderr)
+
+
+def stages_off(choice: Choice) -> dict[str, list[str]]:
+    """Return what JSON says of the stages that a device lacks."""
+    return {"stages_off": feature_names(choice.missing)}
 
 
 def chosen_speckle_filter(options: argparse.Namespace) -> SpeckleFilter:

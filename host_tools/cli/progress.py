@@ -3,11 +3,12 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Progress bars on the terminal."""
+"""Progress on stderr, if that is a terminal."""
 
 from __future__ import annotations
 
 import contextlib
+import sys
 from collections.abc import Iterator
 
 import rich.console
@@ -16,11 +17,17 @@ import rich.progress
 from ..devices.base import Progress
 
 
+def terminal_bars(*columns: rich.progress.ProgressColumn) -> rich.progress.Progress:
+    """Return bars on stderr, which disappear at the end; none are shown if stderr is not a terminal."""
+    # Redirected text appears above the bars, on stderr: not what a file or another program is to get.
+    return rich.progress.Progress(*columns, console=rich.console.Console(stderr=True), transient=True,
+                                  disable=not sys.stderr.isatty(), redirect_stdout=sys.stdout.isatty())
+
+
 @contextlib.contextmanager
 def progress_bars() -> Iterator[Progress]:
     """Yield a callback that shows progress, with a bar for each phase; it shows nothing if stderr is not a terminal."""
-    terminal = rich.console.Console(stderr=True)
-    with rich.progress.Progress(console=terminal, transient=True, disable=not terminal.is_terminal) as bars:
+    with terminal_bars() as bars:
         yield _Bars(bars)
 
 

@@ -11,20 +11,22 @@ import argparse
 import json
 from pathlib import Path
 
-import rich.console
-import rich.progress
-
 from ..cameras.camera_info import ideal_cameras, write_camera_info
+from ..cameras.kinds import RECTIFIED_CAMERA
 from ..cameras.rectify import FILES, geometry_text, read_calibration
 from ..core.errors import ImageError
 from ..core.images import read_image, write_png
-from ..data.sources.files import PairFiles, pair_files
-from .arguments import Parser, add_calibration, add_json
+from ..core.outputs import RECTIFIED_PNG, Outputs
+from ..data.sources.pairing import PairFiles, check_distinct, pair_files
+from .arguments import Parser, add_calibration, add_force, add_json
+from .progress import terminal_bars
 
 _EPILOG = """\
 examples:
   litestereo rectify left.png right.png --calibration calibration/ -o out
   litestereo rectify left/ right/ --calibration calibration/ -o out
+
+The files of a pair in two folders have the same name, except for left and right, see `litestereo calibrate --help`.
 
 files written:
   left.png, right.png    the rectified pair; of folders: left/NAME.png and right/NAME.png
@@ -43,6 +45,7 @@ def add_parser(commands: argparse._SubParsersAction[Parser]) -> None:
                         help="folder for the results, created if needed")
     add_calibration(parser, required=True)
     add_json(parser)
+    add_force(parser)
     parser.set_defaults(run=run)
 
 
@@ -53,17 +56,21 @@ def run(options: argparse.Namespace) -> int:
     if folders != options.right.is_dir():
         raise ImageError("left and right must be two images, or two folders")
     files   = pair_files(options.left, options.right) if folders else [PairFiles("", options.left, options.right)]
-    written = [options.output/name for name in FILES]
-    for path, camera in zip(written, ideal_cameras(rectifier.geometry), strict=True):
-        write_camera_info(path, camera)
-    terminal = rich.console.Console(stderr=True)
-    with rich.progress.Progress(console=terminal, transient=True, disable=not terminal.is_terminal) as bars:
-        for one in bars.track(files, description="rectify"):
+    inputs  = [path for one in files for path in (one.left, one.right)]
+    outputs = Outputs([*inputs, *(options.calibration/name for name in FILES)], options.force)
+    written = [outputs.add(options.output/name, RECTIFIED_CAMERA) for name in FILES]
+    images  = [[outputs.add(options.output/side/f"{one.name}.png" if folders else options.output/f"{side}.png",
+                            RECTIFIED_PNG) for side in ("left", "right")] for one in files]
+    with terminal_bars() as bars:
+        for one, paths in bars.track(list(zip(files, images, strict=True)), description="rectify"):
             pair = rectifier.rectify(read_image(one.left), read_image(one.right))
-            for side, image in zip(("left", "right"), pair, strict=True):
-                path = options.output/side/f"{one.name}.png" if folders else options.output/f"{side}.png"
-                write_png(path, image)
+            check_distinct(one.left, one.right)
+            for path, image in zip(paths, pair, strict=True):
+                write_png(path, image, RECTIFIED_PNG)
                 written.append(path)
+    # The last ones: with them the folder counts as complete.
+    for path, camera in zip(written, ideal_cameras(rectifier.geometry), strict=False):
+        write_camera_info(path, camera)
     if options.json:
         print(json.dumps({"files": [str(path) for path in written]}, indent=2))
     else:

@@ -8,29 +8,44 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
+import dataclasses
 import json
+import sys
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import rich.console
 import rich.progress
 
-from ..cameras.rectify import read_calibration
+from ..cameras.rectify import FILES, read_calibration
 from ..core.errors import ImageError
 from ..core.images import FORMATS, write_map
+from ..core.outputs import DEPTH_NPY, MAP_KINDS, Kind, Outputs
 from ..core.settings import MatcherSettings
-from ..data.sources import EXAMPLES, open_source
+from ..data.sources import EXAMPLES, Source, open_source
 from ..devices.connect import connect
 from ..export.depth import write_depth
 from ..live.matching import MatchedShot, Matching, match_source
 from ..live.meter import RECENT_FRAMES, Meter
-from .arguments import Parser, add_calibration, add_device, add_json, count
-from .matching import add_settings, chosen_settings, chosen_speckle_filter
+from .arguments import Parser, add_calibration, add_device, add_force, add_json, count
+from .matching import (
+    add_settings,
+    chosen_settings,
+    chosen_speckle_filter,
+    device_settings,
+    print_notices,
+    stages_off,
+)
+from .progress import terminal_bars
 from .stopping import stopped_by_ctrl_c
+from .streams import stdout_failed
 
 #: The kinds of sources, for the help of the commands that read one.
 SOURCES = "\n".join(f"  {name:18}  {text}" for name, text in EXAMPLES.items())
+
+#: Most numbered frames whose files are checked before the first one is written; others are checked one by one.
+_MOST_PLANNED = 100_000
 
 _EPILOG = f"""\
 examples:
@@ -44,6 +59,9 @@ sources:
 files written with -o:
   disparity_NAME.png  or .pfm or .npy, see --format
   depth_NAME.npy      with --calibration: float32, metres, nan where there is none
+
+Frames without a partner at the end of the longer video, and the missing end of a file that is cut short, are named on
+stderr and by --json (`unmatched`), and the exit status is 1: the maps of the other frames are there.
 
 Ctrl-C ends the stream: frames on their way are finished, the summary is printed, and the exit status is 0. A second
 Ctrl-C interrupts the command at once.
@@ -63,10 +81,27 @@ def add_source(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--frames", metavar="N", type=count, help="stop after N pairs (default: all)")
 
 
-def chosen_matching(options: argparse.Namespace, default: MatcherSettings) -> Matching:
-    """Return what a command line asks for; settings that it does not name are those of `default`."""
+def chosen_matching(options: argparse.Namespace, settings: MatcherSettings) -> Matching:
+    """Return what a command line asks for, with `settings`."""
     rectifier = None if options.calibration is None else read_calibration(options.calibration)
-    return Matching(chosen_settings(options, default), chosen_speckle_filter(options), rectifier)
+    return Matching(settings, chosen_speckle_filter(options), rectifier)
+
+
+def source_inputs(options: argparse.Namespace, source: Source) -> list[Path]:
+    """Return the files that a stream reads."""
+    return [*source.files, *([] if options.calibration is None else [options.calibration/name for name in FILES])]
+
+
+def print_shortfalls(source: Source) -> int:
+    """Print on stderr which frames were not matched; return the exit status."""
+    for shortfall in source.shortfalls:
+        print(f"litestereo: error: {shortfall}", file=sys.stderr)
+    return 1 if source.shortfalls else 0
+
+
+def unmatched(source: Source) -> dict[str, Any]:
+    """Return what JSON says of the frames that were not matched."""
+    return {"unmatched": [dataclasses.asdict(shortfall) for shortfall in source.shortfalls]}
 
 
 def add_parser(commands: argparse._SubParsersAction[Parser]) -> None:
@@ -82,43 +117,69 @@ def add_parser(commands: argparse._SubParsersAction[Parser]) -> None:
                         help="format of the maps: png of 16 bits (KITTI), pfm (Middlebury), npy of int16 (default: "
                              "%(default)s)")
     add_json(parser)
+    add_force(parser)
     add_settings(parser)
     parser.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> int:
     """Run the command. All that can be checked without the device is checked before connecting to it."""
-    chosen_matching(options, MatcherSettings())
+    chosen_matching(options, chosen_settings(options, MatcherSettings()))
     if options.output is not None and options.output.exists() and not options.output.is_dir():
         raise ImageError(f"{options.output}: is a file, the maps need a folder")
-    with open_source(options.source) as source, connect(options.device) as device, stopped_by_ctrl_c() as stop:
-        matching = chosen_matching(options, device.info().default_settings())
-        terminal = rich.console.Console(stderr=True)
+    with contextlib.ExitStack() as stack:
+        source   = stack.enter_context(open_source(options.source))
+        outputs  = Outputs(source_inputs(options, source), options.force)
+        # Numbered frames that do not come are planned too: that does no harm. Headers may give absurd numbers.
+        names    = source.names or [f"{number:06}" for number in range(min(source.length or 0, _MOST_PLANNED))]
+        planned  = {path for name in names[:options.frames] for path in _plan(options, outputs, name)}
+        device   = stack.enter_context(connect(options.device))
+        stop     = stack.enter_context(stopped_by_ctrl_c())
+        choice   = device_settings(options, [device.info()])
+        matching = chosen_matching(options, choice.settings)
+        print_notices([*source.notices, *choice.notices])
         columns  = (rich.progress.TextColumn("{task.description}"), rich.progress.BarColumn(),
                     rich.progress.MofNCompleteColumn(), rich.progress.TimeElapsedColumn())
         meter    = Meter()
-        with rich.progress.Progress(*columns, console=terminal, transient=True,
-                                    disable=not terminal.is_terminal) as bars:
+        with terminal_bars(*columns) as bars:
             bar = bars.add_task("waiting for the first map", total=options.frames or source.length)
-            for matched in match_source(device, source, matching, options.frames, stop):
+            # Without files and without a reader there is nothing more to do.
+            for matched in match_source(device, source, matching, options.frames,
+                                        lambda: stop() or options.output is None and stdout_failed()):
                 meter.count(matched.latency_s)
-                path = None if options.output is None else _write(options.output, options.format, matched)
+                path = None if options.output is None else _write(options, outputs, planned, matched)
                 bars.update(bar, advance=1, description=f"{meter.recent_frames_per_s:.1f} frames/s, latency "
                                                         f"{1000*matched.latency_s:.0f} ms")
                 if options.json:
                     print(json.dumps(_frame_line(meter, matched, path)), flush=True)
-        summary = {"device": device.info().name, **meter.summary()}
+        summary = {"device": device.info().name, **meter.summary(), **stages_off(choice), **unmatched(source)}
     print(json.dumps({"summary": summary}) if options.json else stream_text(summary))
-    return 0
+    return print_shortfalls(source)
 
 
-def _write(folder: Path, ending: str, matched: MatchedShot) -> Path:
+def _results(options: argparse.Namespace, name: str) -> list[tuple[Path, Kind]]:
+    """Return the files of a frame: the map, and the depth if there is one."""
+    if options.output is None:
+        return []
+    depth = [] if options.calibration is None else [(options.output / f"depth_{name}.npy", DEPTH_NPY)]
+    return [(options.output / f"disparity_{name}.{options.format}", MAP_KINDS[options.format]), *depth]
+
+
+def _plan(options: argparse.Namespace, outputs: Outputs, name: str) -> list[Path]:
+    """Plan the files of a frame, and return them; raise ImageError as `Outputs.add`."""
+    return [outputs.add(path, kind) for path, kind in _results(options, name)]
+
+
+def _write(options: argparse.Namespace, outputs: Outputs, planned: set[Path], matched: MatchedShot) -> Path:
     """Write the map, and the depth if there is one; return the file of the map."""
-    path = folder / f"disparity_{matched.shot.name}.{ending}"
-    write_map(path, matched.result.disparity, matched.result.settings)
+    results = _results(options, matched.shot.name)
+    for path, kind in results:
+        if path not in planned: # Of a camera.
+            outputs.check(path, kind)
+    write_map(results[0][0], matched.result.disparity, matched.result.settings)
     if matched.depth_m is not None:
-        write_depth(folder / f"depth_{matched.shot.name}.npy", matched.depth_m)
-    return path
+        write_depth(results[1][0], matched.depth_m)
+    return results[0][0]
 
 
 def _frame_line(meter: Meter, matched: MatchedShot, path: Path | None) -> dict[str, Any]:

@@ -17,6 +17,7 @@ from pathlib import Path
 from ..core.errors import UsageError
 from ..core.extras import install_command
 from ..core.images import write_png
+from ..core.outputs import MONTAGE_PNG, RECORDING, Outputs
 from ..core.settings import MatcherSettings
 from ..data.sources import open_source
 from ..devices.connect import connect
@@ -25,10 +26,18 @@ from ..live.meter import RECENT_FRAMES, Meter
 from ..viewing.montage import montage
 from ..viewing.recording import DEFAULT_URL, Target
 from ..viewing.viewer import Viewer
-from .arguments import Parser, add_calibration, add_device, add_json, count
-from .matching import add_settings
+from .arguments import Parser, add_calibration, add_device, add_force, add_json, count
+from .matching import add_settings, chosen_settings, device_settings, print_notices, stages_off
 from .stopping import stopped_by_ctrl_c
-from .stream import SOURCES, add_source, chosen_matching, stream_text
+from .stream import (
+    SOURCES,
+    add_source,
+    chosen_matching,
+    print_shortfalls,
+    source_inputs,
+    stream_text,
+    unmatched,
+)
 
 #: Default port for the data of browsers; the page is at the next port.
 _PORT = 9876
@@ -78,13 +87,14 @@ def add_parser(commands: argparse._SubParsersAction[Parser]) -> None:
     parser.add_argument("--max-points", metavar="N", type=count, default=100000,
                         help="largest number of points of a cloud (default: %(default)s)")
     add_json(parser)
+    add_force(parser)
     add_settings(parser)
     parser.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> int:
     """Run the command. All that can be checked without the device is checked before connecting to it."""
-    rectifier = chosen_matching(options, MatcherSettings()).rectifier
+    rectifier = chosen_matching(options, chosen_settings(options, MatcherSettings())).rectifier
     geometry  = None if rectifier is None else rectifier.geometry
     if options.serve is not None and options.serve > 65534:
         raise UsageError(f"--serve needs a port and the next one, at most 65534, not {options.serve}")
@@ -92,9 +102,17 @@ def run(options: argparse.Namespace) -> int:
     # A montage alone needs no viewer.
     viewed    = target != Target() or options.montage is None
     last      = None
-    with (open_source(options.source) as source, connect(options.device) as device, stopped_by_ctrl_c() as stop,
-          contextlib.ExitStack() as closing):
-        matching = chosen_matching(options, device.info().default_settings())
+    with contextlib.ExitStack() as closing:
+        source   = closing.enter_context(open_source(options.source))
+        outputs  = Outputs(source_inputs(options, source), options.force)
+        for path, kind in ((options.save, RECORDING), (options.montage, MONTAGE_PNG)):
+            if path is not None:
+                outputs.add(path, kind)
+        device   = closing.enter_context(connect(options.device))
+        stop     = closing.enter_context(stopped_by_ctrl_c())
+        choice   = device_settings(options, [device.info()])
+        matching = chosen_matching(options, choice.settings)
+        print_notices([*source.notices, *choice.notices])
         viewer   = Viewer(target, geometry, options.max_points) if viewed else None
         meter    = Meter()
         if viewer is not None:
@@ -108,12 +126,12 @@ def run(options: argparse.Namespace) -> int:
                 viewer.show(meter.frames - 1, last, meter)
         while viewer is not None and viewer.page and not stop.requested:
             time.sleep(_POLL_S)
-        summary = {"device": device.info().name, **meter.summary()}
+        summary = {"device": device.info().name, **meter.summary(), **stages_off(choice), **unmatched(source)}
     if options.montage is not None and last is not None:
-        write_png(options.montage, montage(last))
+        write_png(options.montage, montage(last), MONTAGE_PNG)
     files = [path for path in (options.save, options.montage) if path is not None]
     if options.json:
         print(json.dumps(summary | {"files": [str(path) for path in files]}, indent=2))
     else:
         print("\n".join([stream_text(summary), *(f"wrote    {path}" for path in files)]))
-    return 0
+    return print_shortfalls(source)

@@ -19,6 +19,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .errors import ImageError
+from .outputs import (
+    COLOURS_PNG,
+    DISPARITY_NPY,
+    DISPARITY_PFM,
+    DISPARITY_PNG,
+    Kind,
+    Outputs,
+    png_mark,
+    write_file,
+)
 from .settings import DISPARITY_SCALE, MatcherSettings
 
 #: Value of a pixel without a disparity if the smallest disparity is 0, in sixteenths of a pixel.
@@ -27,6 +37,9 @@ INVALID = -DISPARITY_SCALE
 #: Disparity files in the convention of the KITTI benchmark hold 256 times the disparity in pixels.
 KITTI_SCALE = 256
 
+#: Where the first chunk of a PNG file ends: 8 bytes of signature, 25 of IHDR.
+_IHDR_END = 33
+
 #: Formats that `write_map` writes, by the endings of the files.
 FORMATS = ("png", "pfm", "npy")
 
@@ -34,7 +47,11 @@ FORMATS = ("png", "pfm", "npy")
 @contextlib.contextmanager
 def quiet_stderr() -> Iterator[None]:
     """Discard what the image libraries print to stderr in this context: the exception says it already."""
-    saved = os.dup(2)
+    try:
+        saved = os.dup(2)
+    except OSError: # It is closed.
+        yield
+        return
     try:
         with open(os.devnull, "wb") as sink:
             os.dup2(sink.fileno(), 2)
@@ -62,15 +79,31 @@ def read_image(path: Path) -> NDArray[Any]:
     ImageError
         The file cannot be read, or is not an image.
     """
-    data = np.frombuffer(read_file(path), np.uint8)
+    content = read_file(path)
+    if _is_cut(content):
+        raise ImageError(f"{path}: is not an image that is whole: its end is missing")
     try:
         with quiet_stderr():
+            data  = np.frombuffer(content, np.uint8)
             image = cv2.imdecode(data, cv2.IMREAD_UNCHANGED) if len(data) else None
     except cv2.error:
         image = None
     if image is None:
         raise ImageError(f"{path}: is not an image that OpenCV can read, or is damaged")
     return image
+
+
+def _is_cut(data: bytes) -> bool:
+    """Return whether the end of a PNG or JPEG file is missing: OpenCV 4 fills up with grey what it does not find."""
+    if data.startswith(b"\x89PNG"):
+        return b"IEND" not in data[_IHDR_END:]
+    if data.startswith(b"\xff\xd8"):
+        place = 2
+        # Segments with their lengths, up to the scan: a thumbnail in one of them has an end too.
+        while data[place:place + 1] == b"\xff" and data[place + 1:place + 2] != b"\xda" and place + 4 <= len(data):
+            place += 1 if data[place + 1] == 0xff else 2 + int.from_bytes(data[place + 2:place + 4], "big")
+        return b"\xff\xd9" not in data[place:]
+    return False
 
 
 def read_grey(path: Path) -> tuple[NDArray[np.uint8], list[str]]:
@@ -165,6 +198,18 @@ def color_image(disparity: NDArray[np.int16], settings: MatcherSettings) -> NDAr
     return color
 
 
+def disparity_files(folder: Path) -> list[Path]:
+    """Return the files that `write_disparity` writes."""
+    return [folder / f"disparity{ending}" for ending in (".npy", ".pfm", ".png", "_color.png")]
+
+
+def plan_disparity(folder: Path, outputs: Outputs) -> None:
+    """Plan the files that `write_disparity` writes; raise ImageError as `Outputs.add`."""
+    kinds = (DISPARITY_NPY, DISPARITY_PFM, DISPARITY_PNG, COLOURS_PNG)
+    for path, kind in zip(disparity_files(folder), kinds, strict=True):
+        outputs.add(path, kind)
+
+
 def write_disparity(folder: Path, disparity: NDArray[np.int16], settings: MatcherSettings) -> list[Path]:
     """Write a map (int16, H x W, sixteenths) matched with `settings` in four formats; create the folder if needed.
 
@@ -180,10 +225,10 @@ def write_disparity(folder: Path, disparity: NDArray[np.int16], settings: Matche
     ImageError
         A file cannot be written.
     """
-    paths = [folder / f"disparity{ending}" for ending in (".npy", ".pfm", ".png", "_color.png")]
+    paths = disparity_files(folder)
     for path in paths[:3]:
         write_map(path, disparity, settings)
-    write_png(paths[3], color_image(disparity, settings))
+    write_png(paths[3], color_image(disparity, settings), COLOURS_PNG)
     return paths
 
 
@@ -204,18 +249,15 @@ def write_map(path: Path, disparity: NDArray[np.int16], settings: MatcherSetting
     elif path.suffix == ".pfm":
         write_file(path, encode_pfm(disparity, settings.invalid))
     else:
-        write_png(path, kitti_image(disparity, settings.invalid))
+        write_png(path, kitti_image(disparity, settings.invalid), DISPARITY_PNG)
 
 
-def write_png(path: Path, image: NDArray[Any]) -> None:
+def encode_png(image: NDArray[Any], kind: Kind) -> bytes:
+    """Encode an image (H x W, or H x W x 3 in BGR) as PNG; its text chunk says that it is a result, and which one."""
+    data = cv2.imencode(".png", image)[1].tobytes()
+    return data[:_IHDR_END] + png_mark(kind.name) + data[_IHDR_END:]
+
+
+def write_png(path: Path, image: NDArray[Any], kind: Kind) -> None:
     """Write an image (H x W, or H x W x 3 in BGR) as PNG, as `write_file` does."""
-    write_file(path, cv2.imencode(".png", image)[1].tobytes())
-
-
-def write_file(path: Path, data: bytes) -> None:
-    """Write a file, and create its folder if needed; raise ImageError if it cannot be written."""
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(data)
-    except OSError as error:
-        raise ImageError(f"{error.filename or path}: cannot be written: {error.strerror or error}") from None
+    write_file(path, encode_png(image, kind))

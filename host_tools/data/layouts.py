@@ -26,6 +26,7 @@ from pathlib import Path
 from ..cameras.calib_txt import read_calib
 from ..core.errors import DatasetError
 from .samples import SampleFiles, image_size
+from .sources.pairing import visible
 
 _IMAGES = (".png", ".ppm", ".pgm", ".jpg")
 _TRUTHS = (".pfm", *_IMAGES)
@@ -79,7 +80,7 @@ def find_samples(paths: Iterable[Path], scale: float | None = None) -> list[Samp
     Raises
     ------
     DatasetError
-        There is no pair at a path.
+        There is no pair at a path, or some of the images of KITTI are missing.
     ImageError, GeometryError
         A file that gives the scale or the number of disparities is damaged.
     """
@@ -92,9 +93,19 @@ def find_samples(paths: Iterable[Path], scale: float | None = None) -> list[Samp
             raise DatasetError(f"{path}: has no stereo pair with true disparities: left.png, right.png and "
                                "disp_left_u16.png, or the files of Middlebury or KITTI, see --help")
         found += samples
-    names = collections.Counter(sample.name for sample in found)
-    return [sample if names[sample.name] == 1 else
-            dataclasses.replace(sample, name=f"{sample.truth.parent.parent.name}/{sample.name}") for sample in found]
+    # A pair that is found twice, by two of the paths, is one pair.
+    found = list({sample.truth: sample for sample in found}.values())
+    for parents in (1, 2):
+        names = collections.Counter(sample.name for sample in found)
+        found = [sample if names[sample.name] == 1 else dataclasses.replace(sample, name=_long_name(sample, parents))
+                 for sample in found]
+    return found
+
+
+def _long_name(sample: SampleFiles, parents: int) -> str:
+    """Return the name of a pair with that of the folder above its own, or with all folders above."""
+    folder = sample.truth.parent
+    return f"{folder.parent.name}/{sample.name}" if parents == 1 else str(folder/sample.truth.stem)
 
 
 def _samples_of(folder: Path, scale: float | None) -> list[SampleFiles]:
@@ -104,7 +115,7 @@ def _samples_of(folder: Path, scale: float | None) -> list[SampleFiles]:
     kitti = _kitti(folder, scale) or _kitti(folder / "training", scale)
     if kitti:
         return kitti
-    below = (_pair(path, scale) for path in sorted(folder.iterdir()) if path.is_dir())
+    below = (_pair(path, scale) for path in sorted(visible(folder)) if path.is_dir())
     return [sample for sample in below if sample is not None]
 
 
@@ -141,12 +152,18 @@ def _kitti(folder: Path, scale: float | None) -> list[SampleFiles]:
         if not all((folder / name).is_dir() for name in (left, right, occ)):
             continue
         samples = []
-        for truth in sorted((folder / occ).glob("*.png")):
-            images  = folder / left / truth.name, folder / right / truth.name
-            visible = folder / noc / truth.name
+        alone   = []
+        for truth in sorted(path for path in visible(folder / occ) if path.suffix == ".png"):
+            images = folder / left / truth.name, folder / right / truth.name
+            seen   = folder / noc / truth.name
             if all(image.is_file() for image in images):
                 samples.append(SampleFiles(truth.stem, *images, truth, scale=scale,
-                                           nonocc_truth=visible if visible.is_file() else None))
+                                           nonocc_truth=seen if seen.is_file() else None))
+            else:
+                alone.append(truth)
+        if samples and alone:
+            raise DatasetError(f"{alone[0]}: has no images in {left} and {right}, nor have {len(alone) - 1} others: "
+                               "complete the data set, or remove these")
         if samples:
             return samples
     return []

@@ -79,6 +79,12 @@ class SampleFiles:
     scale:        float | None = None
     ndisp:        int | None   = None
 
+    @property
+    def files(self) -> list[Path]:
+        """The files that are read, with the one that gives `ndisp`; some need not exist."""
+        named = (self.left, self.right, self.truth, self.right_truth, self.nonocc, self.disc, self.nonocc_truth)
+        return [path for path in named if path is not None] + [self.left.parent/"calib.txt"]
+
     def load(self) -> Sample:
         """Read the files.
 

@@ -9,19 +9,21 @@ from __future__ import annotations
 
 import abc
 import contextlib
+import dataclasses
 import threading
-from collections.abc import Callable, Iterable, Iterator, Mapping
+import warnings
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..core.errors import DeviceError, ImageError, UnsupportedError
 from ..core.features import ALL_STAGES, DESCRIPTIONS, Feature
-from ..core.settings import DEFAULT_BLOCK_SIZE, DEFAULT_DISPARITIES, MatcherSettings
+from ..core.settings import RULES, MatcherSettings
 from ..link.settings import LinkCounters
 from ..protocol.payloads import Trial
 
@@ -67,10 +69,11 @@ class DeviceInfo:
     capabilities:     Mapping[str, int] = field(default_factory=dict, hash=False)
 
     def default_settings(self) -> MatcherSettings:
-        """Return cv2.StereoBM's defaults with 64 disparities and block size 9, or less if the device has less."""
-        settings = MatcherSettings(min(DEFAULT_DISPARITIES, self.max_disparities),
-                                   min(DEFAULT_BLOCK_SIZE, self.max_block_size))
-        return settings.without(self.missing_features)
+        """Return cv2.StereoBM's defaults with 64 disparities and block size 9, or less if the device has less.
+
+        Stages that the device was built without are off; `choose_settings` says which.
+        """
+        return choose_settings([self]).settings
 
     @property
     def missing_features(self) -> Feature:
@@ -101,6 +104,71 @@ class DeviceInfo:
             raise ImageError(f"images of {width}x{height} pixels are too large for {self.name}: at most "
                              f"{self.max_width}x{self.max_height} and {self.max_pixels} pixels in all")
         check_minimum_size(width, height, settings)
+
+
+@dataclass(frozen=True)
+class Choice:
+    """Settings for a device, and the stages that are off although they are on by default.
+
+    `lacking` are those of them that the device was built without; the others need one of those.
+    """
+
+    settings: MatcherSettings
+    missing:  Feature = Feature(0)
+    lacking:  Feature = Feature(0)
+
+    @property
+    def notices(self) -> list[str]:
+        """One line for each stage that is off."""
+        return [f"{DESCRIPTIONS[stage]} is off: the device was built without "
+                f"{'it' if stage & self.lacking else 'what it needs'}"
+                for stage in DESCRIPTIONS if stage & self.missing]
+
+
+def choose_settings(infos: Sequence[DeviceInfo], given: Mapping[str, Any] | None = None,
+                    default: MatcherSettings | None = None, strict: bool = False) -> Choice:
+    """Choose the settings for one device, or equal ones for several. All commands and classes choose them here.
+
+    Parameters
+    ----------
+    infos
+        The devices.
+    given
+        Settings that were asked for, by their names in `MatcherSettings`: they are not changed.
+    default
+        Values of the others; the size of the search and the blocks is reduced to what every device has, and stages that
+        one of them lacks are off.
+    strict
+        Whether to refuse instead of switching a stage off.
+
+    Raises
+    ------
+    UnsupportedError
+        A stage that is missing was asked for, or would be off with `strict`.
+    """
+    given   = given or {}
+    default = default or MatcherSettings()
+    lacking = Feature(0)
+    for info in infos:
+        lacking |= info.missing_features
+    reduced = dataclasses.replace(
+        default,
+        disparities = min([default.disparities, *(info.max_disparities for info in infos)]),
+        block_size  = min([default.block_size, *(info.max_block_size for info in infos)]),
+    )
+    wanted   = dataclasses.replace(reduced, **given)
+    settings = dataclasses.replace(wanted.without(lacking), **given)
+    missing  = wanted.features & ~settings.features
+    refused  = missing if strict else Feature(0)
+    for name in given:
+        # As a threshold of the texture, which has no effect without the prefilter.
+        refused |= missing & RULES[name].feature
+    if refused:
+        stage = next(stage for stage in DESCRIPTIONS if stage & missing & lacking)
+        name  = next(info.name for info in infos if stage & info.missing_features)
+        raise UnsupportedError(f"{name} was built without {DESCRIPTIONS[stage]}: switch it off, or use a device that "
+                               "has it, see `litestereo info`")
+    return Choice(settings, missing, missing & lacking)
 
 
 def check_minimum_size(width: int, height: int, settings: MatcherSettings) -> None:
@@ -189,7 +257,8 @@ class Device(abc.ABC):
     """
 
     def __init__(self) -> None:
-        self._lock = DeviceLock()
+        self._lock   = DeviceLock()
+        self._warned = False
 
     @abc.abstractmethod
     def info(self) -> DeviceInfo:
@@ -222,6 +291,17 @@ class Device(abc.ABC):
         """Match one pair of images, uint8, H x W; see `stream` for the parameters and for what it raises."""
         (result,) = self.stream([(left, right)], settings, progress)
         return result
+
+    def _settings(self, settings: MatcherSettings | None) -> MatcherSettings:
+        """Return the settings of a call, or the default ones; warn once of stages that those lack."""
+        if settings is not None:
+            return settings
+        choice = choose_settings([self.info()])
+        if choice.missing and not self._warned:
+            self._warned = True
+            for notice in choice.notices:
+                warnings.warn(notice, RuntimeWarning, stacklevel=4)
+        return choice.settings
 
     @property
     def link_counters(self) -> LinkCounters | None:

@@ -96,7 +96,7 @@ class LocalDevice(Device):
     def stream(self, pairs: Iterable[Pair], settings: MatcherSettings | None = None,
                progress: Progress | None = None) -> Iterator[Result]:
         """Match pair after pair; see `Device.stream`."""
-        settings = settings or self._info.default_settings()
+        settings = self._settings(settings)
         with self._lock.held():
             for left, right in pairs:
                 yield self._match(left, right, settings, progress)

@@ -118,7 +118,7 @@ class RemoteDevice(Device):
 
         If the iterator is dropped before its end, the frames in flight are released.
         """
-        settings = settings or self._info.default_settings()
+        settings = self._settings(settings)
         with self._guarded() as cleanup:
             pipeline = Pipeline(self._context, self._job_kind, self._pipelines, self._info.slots, progress)
             self._pipelines.append(pipeline)

@@ -12,15 +12,23 @@
 
 from __future__ import annotations
 
+import os
+import warnings
+from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.errors import SettingsError, UnsupportedError
+from ..core.errors import ImageError, SettingsError, UnsupportedError
+from ..core.images import quiet_stderr, read_file
+from ..core.outputs import write_file
 from ..core.settings import RULES, MatcherSettings
 from ..core.speckle import SpeckleFilter
+from ..link.urls import DEVICE_VARIABLE
+from .base import check_pair, choose_settings
 from .connect import Device, connect
 
 if TYPE_CHECKING:
@@ -32,25 +40,67 @@ PREFILTER_XSOBEL              = 1
 #: cv2.StereoBM's defaults by our names; its number of disparities is also what cv2.StereoBM_create(0) means.
 _DEFAULTS = {name: rule.opencv_default for name, rule in RULES.items()}
 
+#: The settings in a cv2.FileStorage: how they are called there, in this order.
+_KEYS = {
+    "MinDisparity":      "minDisparity",
+    "NumDisparities":    "numDisparities",
+    "BlockSize":         "blockSize",
+    "SpeckleWindowSize": "speckleWindowSize",
+    "SpeckleRange":      "speckleRange",
+    "Disp12MaxDiff":     "disp12MaxDiff",
+    "PreFilterType":     "preFilterType",
+    "PreFilterSize":     "preFilterSize",
+    "PreFilterCap":      "preFilterCap",
+    "TextureThreshold":  "textureThreshold",
+    "UniquenessRatio":   "uniquenessRatio",
+}
+_OBJECT  = "StereoMatcher.BM"
+_FORMAT  = 3
+_ENDINGS = (".yml", ".yaml", ".xml", ".json")
+
+#: Most that a pixel adds to the texture of a block: the largest cap of the prefilter.
+_MOST_TEXTURE = RULES["prefilter_cap"].most or 0
+
+#: Those that have a setting of the device.
+_FIELDS = {
+    "MinDisparity":      "min_disparity",
+    "NumDisparities":    "disparities",
+    "BlockSize":         "block_size",
+    "Disp12MaxDiff":     "disp12_max_diff",
+    "PreFilterType":     "prefilter",
+    "PreFilterCap":      "prefilter_cap",
+    "TextureThreshold":  "texture_threshold",
+    "UniquenessRatio":   "uniqueness_ratio",
+}
+
 Rectangle = tuple[int, int, int, int]
 
 
 class StereoBM:
     """Block matcher with the methods, the defaults and the results of `cv2.StereoBM`, on a LiteStereo device.
 
-    `compute` refuses settings that the hardware does not have, as cv2's does. Use it as a context manager, or `close`
-    it, unless it was given an open device.
+    The map is equal to OpenCV's in the valid region, where whole blocks lie in both images, and invalid outside of it.
+    OpenCV 5.0.0 writes stray values there if `minDisparity` is above 0: that many at the left edge, where the row after
+    the last valid one begins. In images that are wide enough for the range, but not for a block too, it leaves the map
+    as it was in memory.
+
+    `compute` refuses settings that the hardware does not have, as cv2's does: docs/theory.md has the list. A stage
+    that is on by default and that the device was built without is off, with a RuntimeWarning; one that was set is
+    refused. Use it as a context manager, or `close` it, unless it was given an open device.
 
     Parameters
     ----------
     device
-        URL of the device, to which the first `compute` connects, or an open device.
+        URL of the device, to which the first `compute` connects, or an open device. None for the one that the
+        environment variable LITESTEREO_DEVICE names, or else `model:`, the reference on this computer.
     num_disparities, block_size
         See `setNumDisparities` and `setBlockSize`.
     """
 
-    def __init__(self, device: str | Device, num_disparities: int = _DEFAULTS["disparities"],
+    def __init__(self, device: str | Device | None = None, num_disparities: int = _DEFAULTS["disparities"],
                  block_size: int = _DEFAULTS["block_size"]) -> None:
+        if device is None:
+            device = os.environ.get(DEVICE_VARIABLE) or "model:"
         self._url    = device if isinstance(device, str) else ""
         self._device = None if isinstance(device, str) else device
         self._values = {
@@ -66,19 +116,32 @@ class StereoBM:
             "TextureThreshold":  _DEFAULTS["texture_threshold"],
             "UniquenessRatio":   _DEFAULTS["uniqueness_ratio"],
         }
+        # Names of the values that a caller has set: no other one may be switched off.
+        self._given  = {"NumDisparities", "BlockSize"}
+        self._warned = False
         self._rois: dict[str, Rectangle] = {"ROI1": (0, 0, 0, 0), "ROI2": (0, 0, 0, 0)}
 
-    def compute(self, left: NDArray[np.uint8], right: NDArray[np.uint8]) -> NDArray[np.int16]:
+    @staticmethod
+    def create(numDisparities: int = 0, blockSize: int = _DEFAULTS["block_size"], *,
+               device: str | Device | None = None) -> StereoBM:
+        """Return a `StereoBM`, as `StereoBM_create` does."""
+        return StereoBM(device, numDisparities, blockSize)
+
+    def compute(self, left: NDArray[np.uint8], right: NDArray[np.uint8], disparity: NDArray[Any] | None = None
+                ) -> NDArray[np.int16]:
         """Return the disparity map of a rectified pair.
 
         Parameters
         ----------
         left, right
-            8-bit grey images, uint8, H x W.
+            8-bit grey images, uint8, H x W or H x W x 1.
+        disparity
+            Array to write the map to, int16, H x W or H x W x 1; one of another type or size is not used, as with cv2.
 
         Returns
         -------
-        int16, H x W, in sixteenths of a pixel; (minDisparity - 1)*16 where there is no disparity.
+        int16, H x W, in sixteenths of a pixel; (minDisparity - 1)*16 where there is no disparity. It is `disparity` if
+        that is used. Images that are too narrow for a disparity have a map without any.
 
         Raises
         ------
@@ -89,11 +152,34 @@ class StereoBM:
         DeviceError
             The device is gone, or does not answer.
         """
-        settings = self._settings()
-        speckle  = SpeckleFilter(self._values["SpeckleWindowSize"], self._values["SpeckleRange"])
+        left, right = _plane(left), _plane(right)
+        settings    = self._settings()
+        speckle     = SpeckleFilter(self._values["SpeckleWindowSize"], self._values["SpeckleRange"])
+        check_pair(left, right)
+        if min(left.shape) < settings.block_size:
+            raise ImageError(f"images of {left.shape[1]}x{left.shape[0]} pixels are too small for a block of "
+                             f"{settings.block_size}x{settings.block_size}")
         if self._device is None:
             self._device = connect(self._url)
-        return speckle.apply(self._device.compute(left, right, settings).disparity, settings)
+        settings = self._chosen(self._device, settings)
+        result   = np.full(left.shape, settings.invalid, np.int16)
+        if left.shape[1] >= settings.minimum_size[0]:
+            result = speckle.apply(self._device.compute(left, right, settings).disparity, settings)
+        if (isinstance(disparity, np.ndarray) and disparity.dtype == np.int16 and disparity.flags.writeable
+                and disparity.shape in (left.shape, (*left.shape, 1))):
+            disparity[...] = result.reshape(disparity.shape)
+            return disparity
+        return result
+
+    def _chosen(self, device: Device, settings: MatcherSettings) -> MatcherSettings:
+        """Return the settings without the stages that the device lacks, if they are on by default only."""
+        given  = {_FIELDS[name]: getattr(settings, _FIELDS[name]) for name in self._given if name in _FIELDS}
+        choice = choose_settings([device.info()], given, settings)
+        if choice.missing and not self._warned:
+            self._warned = True
+            for notice in choice.notices:
+                warnings.warn(notice, RuntimeWarning, stacklevel=3)
+        return choice.settings
 
     def _settings(self) -> MatcherSettings:
         values = self._values
@@ -102,15 +188,22 @@ class StereoBM:
                                    "the mean of a window from each pixel, which the gateware cannot compute")
         if any(self._rois[name] != (0, 0, 0, 0) for name in self._rois):
             raise UnsupportedError("regions of interest are not supported: cut the map instead")
-        # For cv2 any negative number of pixels means no check.
+        # For cv2 any negative number of pixels means no check. Two disparities never differ by as many as there are,
+        # and no block has more texture than its pixels have together: larger limits mean the same.
+        disp12  = max(values["Disp12MaxDiff"], -1)
+        texture = values["TextureThreshold"]
+        if disp12 >= values["NumDisparities"] > 0:
+            disp12 = min(disp12, values["NumDisparities"])
+        if texture > values["BlockSize"]**2*_MOST_TEXTURE > 0:
+            texture = values["BlockSize"]**2*_MOST_TEXTURE + 1
         return MatcherSettings(
             disparities       = values["NumDisparities"],
             block_size        = values["BlockSize"],
             min_disparity     = values["MinDisparity"],
             prefilter_cap     = values["PreFilterCap"],
-            texture_threshold = values["TextureThreshold"],
+            texture_threshold = texture,
             uniqueness_ratio  = values["UniquenessRatio"],
-            disp12_max_diff   = max(values["Disp12MaxDiff"], -1),
+            disp12_max_diff   = disp12,
         )
 
     def close(self) -> None:
@@ -125,6 +218,67 @@ class StereoBM:
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
                  trace: TracebackType | None) -> None:
         self.close()
+
+    def write(self, fs: cv2.FileStorage, name: str = "") -> None:
+        """Write the settings to a cv2.FileStorage, as cv2 does: into its top, or into a map called `name`."""
+        if name:
+            fs.startWriteStruct(name, cv2.FILE_NODE_MAP)
+        fs.write("format", _FORMAT)
+        fs.write("name", _OBJECT)
+        for value, key in _KEYS.items():
+            fs.write(key, self._values[value])
+        if name:
+            fs.endWriteStruct()
+
+    def save(self, filename: str | Path) -> None:
+        """Write the settings to a file that cv2.StereoBM reads: .yml, .yaml, .xml or .json.
+
+        Raises
+        ------
+        ImageError
+            The file cannot be written, or has another ending.
+        """
+        path = Path(filename)
+        if path.suffix.lower() not in _ENDINGS:
+            raise ImageError(f"{path}: cannot be written: the ending must be one of {', '.join(_ENDINGS)}")
+        storage = cv2.FileStorage(path.suffix.lower(), cv2.FILE_STORAGE_WRITE | cv2.FILE_STORAGE_MEMORY)
+        self.write(storage, self.getDefaultName())
+        write_file(path, storage.releaseAndGetString().encode())
+
+    def read(self, fn: cv2.FileNode) -> None:
+        """Read the settings from a node of a cv2.FileStorage; nothing is changed by one that is refused.
+
+        Raises
+        ------
+        SettingsError
+            The node is not of a StereoBM, or a value is missing.
+        """
+        if not fn.isMap() or not fn.getNode("name").isString() or fn.getNode("name").string() != _OBJECT:
+            raise SettingsError(f"this is no {_OBJECT}, as cv2.StereoBM and this class write it")
+        for key in _KEYS.values():
+            if not fn.getNode(key).isInt():
+                raise SettingsError(f"{_OBJECT} has no whole number {key}")
+        for value, key in _KEYS.items():
+            self._number(value, int(fn.getNode(key).real()))
+
+    def load(self, filename: str | Path) -> None:
+        """Read the settings from a file that cv2.StereoBM or `save` has written.
+
+        Raises
+        ------
+        ImageError
+            The file cannot be read.
+        SettingsError
+            It is not of a StereoBM.
+        """
+        text = read_file(Path(filename)).decode("utf-8", "replace")
+        try:
+            with quiet_stderr():
+                storage = cv2.FileStorage(text, cv2.FILE_STORAGE_READ | cv2.FILE_STORAGE_MEMORY)
+            node = storage.getFirstTopLevelNode()
+        except (cv2.error, SystemError):
+            raise SettingsError(f"{filename}: is no file of cv2.FileStorage") from None
+        self.read(node)
 
     def clear(self) -> None:
         """Do nothing: no state is kept from one pair to the next."""
@@ -143,6 +297,7 @@ class StereoBM:
         if int(value) != value:
             raise SettingsError(f"{name} must be a whole number, not {value}")
         self._values[name] = int(value)
+        self._given.add(name)
 
     def getMinDisparity(self) -> int:
         """Return the smallest disparity, 0 to 255 pixels."""
@@ -256,7 +411,15 @@ class StereoBM:
         self._rois["ROI2"] = value
 
 
+def _plane(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Return H x W of an image of H x W x 1, which is one too; others as they are."""
+    return image[:, :, 0] if image.ndim == 3 and image.shape[2] == 1 else image
+
+
 def StereoBM_create(numDisparities: int = 0, blockSize: int = _DEFAULTS["block_size"], *,
-                    device: str | Device = "sim:") -> StereoBM:
-    """Return a `StereoBM`, as `cv2.StereoBM_create` does; `device` is a URL, or an open device."""
+                    device: str | Device | None = None) -> StereoBM:
+    """Return a `StereoBM`, as `cv2.StereoBM_create` does.
+
+    `device` is a URL, or an open device; None for what the environment variable LITESTEREO_DEVICE names, or `model:`.
+    """
     return StereoBM(device, numDisparities, blockSize)

@@ -8,6 +8,7 @@
 from __future__ import annotations
 
 import csv
+import io
 import math
 from collections.abc import Sequence
 from pathlib import Path
@@ -17,7 +18,7 @@ import rich.box
 import rich.table
 import rich.text
 
-from ..core.errors import ImageError
+from ..core.outputs import write_file
 from ..data.regions import REGIONS
 from .metrics import METRICS, json_values
 from .work import Row
@@ -89,11 +90,8 @@ def as_json(rows: Sequence[Row]) -> list[dict[str, Any]]:
 
 def write_csv(path: Path, rows: Sequence[Row]) -> None:
     """Write the rows, with empty cells where there is no value; raise ImageError if the file cannot be written."""
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with path.open("w", newline="", encoding="utf-8") as file:
-            writer = csv.DictWriter(file, ["pair", "matcher", "region", *METRICS], lineterminator="\n")
-            writer.writeheader()
-            writer.writerows(as_json(rows))
-    except OSError as error:
-        raise ImageError(f"{path}: cannot be written: {error.strerror or error}") from None
+    buffer = io.StringIO(newline="")
+    writer = csv.DictWriter(buffer, ["pair", "matcher", "region", *METRICS], lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(as_json(rows))
+    write_file(path, buffer.getvalue().encode("utf-8", "surrogateescape"))

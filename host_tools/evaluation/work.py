@@ -10,6 +10,7 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 from ..core.errors import LiteStereoError, UsageError
 from ..core.images import disparity_pixels
@@ -30,6 +31,11 @@ class LoadedSample:
     name:  str
     pair:  StereoPair
     ndisp: int | None = None
+
+    @property
+    def files(self) -> list[Path]:
+        """The files that are read: none."""
+        return []
 
     def load(self) -> Sample:
         """Return the pair with its regions."""

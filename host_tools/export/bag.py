@@ -18,6 +18,12 @@ from .messages import Messages, StereoMessage
 _VERSION = 8
 
 
+def check_bag(path: Path) -> None:
+    """Raise ImageError if the folder exists already: a bag is never replaced."""
+    if path.exists():
+        raise ImageError(f"{path}: is there already, and a bag needs a new folder: remove it, or name another folder")
+
+
 def write_bag(path: Path, frames: Iterable[StereoMessage], namespace: str) -> Path:
     """Write frames into a new bag, with topics in `namespace`.
 
@@ -34,8 +40,7 @@ def write_bag(path: Path, frames: Iterable[StereoMessage], namespace: str) -> Pa
     """
     messages = Messages()
     rosbag2  = import_extra("rosbags.rosbag2", "ros", "a ROS bag needs")
-    if path.exists():
-        raise ImageError(f"{path}: is there already, and a bag needs a new folder: remove it, or name another folder")
+    check_bag(path)
     try:
         with rosbag2.Writer(path, version=_VERSION, storage_plugin=rosbag2.StoragePlugin.MCAP) as writer:
             connections = {}

@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..cameras.rectify import Rectifier
-from ..core.images import disparity_pixels, read_colour, write_file
+from ..core.images import disparity_pixels, read_colour
+from ..core.outputs import write_file
 from ..core.settings import MatcherSettings
 from . import files
 

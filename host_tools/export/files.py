@@ -10,11 +10,11 @@ from __future__ import annotations
 import io
 from typing import Any
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.images import KITTI_SCALE
+from ..core.images import KITTI_SCALE, encode_png
+from ..core.outputs import DEPTH_PNG, DISPARITY_PNG, Kind
 
 _MILLIMETRES = 1000
 _MAX_UINT16  = (1 << 16) - 1
@@ -27,7 +27,7 @@ _PLY_TYPES = {"<f4": "float", "u1": "uchar"}
 
 def kitti_png(disparity_px: NDArray[np.float32]) -> bytes:
     """Encode a map as KITTI's PNG: 16 bits, 256 times the disparity, 0 where there is none; 0 pixels become 1."""
-    return _png16(disparity_px*KITTI_SCALE, 1, _MAX_UINT16)
+    return _png16(disparity_px*KITTI_SCALE, 1, _MAX_UINT16, DISPARITY_PNG)
 
 
 def depth_npy(depth_m: NDArray[np.float32]) -> bytes:
@@ -40,14 +40,14 @@ def depth_npy(depth_m: NDArray[np.float32]) -> bytes:
 def depth_png(depth_m: NDArray[np.float32]) -> bytes:
     """Encode a depth as PNG of 16 bits: millimetres, 0 where there is none, and from 65.5355 metres on."""
     near = np.where(depth_m*_MILLIMETRES < _MAX_UINT16 + 0.5, depth_m, np.nan)
-    return _png16(near*_MILLIMETRES, 1, _MAX_UINT16)
+    return _png16(near*_MILLIMETRES, 1, _MAX_UINT16, DEPTH_PNG)
 
 
-def _png16(values: NDArray[Any], least: int, most: int) -> bytes:
+def _png16(values: NDArray[Any], least: int, most: int, kind: Kind) -> bytes:
     """Encode values, rounded and clipped to their limits, as a 16-bit PNG; nan becomes 0."""
     image = np.rint(values).clip(least, most)
     image[np.isnan(values)] = 0
-    return bytes(cv2.imencode(".png", image.astype(np.uint16))[1])
+    return encode_png(image.astype(np.uint16), kind)
 
 
 def ply(points_m: NDArray[np.float32], image: NDArray[np.uint8] | None = None) -> bytes:

@@ -14,6 +14,9 @@ from dataclasses import dataclass, field
 from ..core.errors import UrlError
 from ..protocol.messages import UDP_PORT
 
+#: Environment variable with the URL of the device if none is given.
+DEVICE_VARIABLE = "LITESTEREO_DEVICE"
+
 #: One example of each kind of device URL, for messages and help.
 EXAMPLES = {
     "udp":    "udp://192.168.1.50",

@@ -17,6 +17,7 @@ from typing import Any
 
 from ..core.errors import ViewerError
 from ..core.extras import import_extra
+from ..core.outputs import finish, partial_of
 
 #: Where Rerun's viewer listens by default.
 DEFAULT_URL = "rerun+http://127.0.0.1:9876/proxy"
@@ -53,6 +54,10 @@ class Recording:
         self.stream = self.rerun.RecordingStream("litestereo")
         #: URL of the page for browsers; empty if there is none.
         self.page   = ""
+        # The file has its name at the end, if there is a frame in it: until then an older recording is there.
+        self._begun   = False
+        self._save    = target.save
+        self._partial: Path | None = None
         try:
             self._begin(target)
         except (RuntimeError, OSError, ValueError) as error:
@@ -62,7 +67,8 @@ class Recording:
         if target.save is not None:
             try:
                 target.save.parent.mkdir(parents=True, exist_ok=True)
-                self.stream.save(target.save)
+                self._partial = partial_of(target.save)
+                self.stream.save(self._partial)
             except (RuntimeError, OSError):
                 raise ViewerError(f"{target.save}: cannot be written") from None
         elif target.connect is not None:
@@ -78,6 +84,7 @@ class Recording:
 
     def log(self, path: str, what: Any, static: bool = False) -> None:
         """Log a value of Rerun under `path`, at the time that was set last, or for all times if `static`."""
+        self._begun |= not static
         self.stream.log(path, what, static=static)
 
     def close(self) -> None:
@@ -88,6 +95,19 @@ class Recording:
             raise ViewerError(f"the viewer is gone: {' '.join(str(error).split())}") from None
         finally:
             self.stream.disconnect()
+            self._finish()
+
+    def _finish(self) -> None:
+        """Give the file its name; raise ViewerError if that is impossible."""
+        if self._save is not None and self._partial is not None:
+            try:
+                if self._begun:
+                    finish(self._partial, self._save)
+                elif self._partial != self._save:
+                    self._partial.unlink(missing_ok=True)
+            except OSError as error:
+                raise ViewerError(f"{self._save}: cannot be written: {error.strerror or error}") from None
+            self._partial = None
 
 
 def _probe(url: str) -> None:

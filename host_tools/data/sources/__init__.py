@@ -5,7 +5,7 @@
 
 """Sources of pairs of images: folders, video files and cameras."""
 
-from .base import Shot, Source
+from .base import Shortfall, Shot, Source
 from .opening import EXAMPLES, open_source
 
-__all__ = ["EXAMPLES", "Shot", "Source", "open_source"]
+__all__ = ["EXAMPLES", "Shortfall", "Shot", "Source", "open_source"]

@@ -9,8 +9,9 @@ from __future__ import annotations
 
 import abc
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING
 
@@ -40,13 +41,32 @@ class Shot:
         return self.left, self.right
 
 
+@dataclass(frozen=True)
+class Shortfall:
+    """Frames of a file that were not matched: `frames` of them, None if their number is unknown, and why."""
+
+    file:   str
+    frames: int | None
+    reason: str
+
+    def __str__(self) -> str:
+        number = "frames" if self.frames is None else f"{self.frames} frame{'s'*(self.frames != 1)}"
+        return f"{self.file}: {number} {self.reason}"
+
+
 class Source(abc.ABC):
     """A sequence of pairs of grey images. Use it as a context manager, or `close` it.
 
-    `length` is the number of pairs, None if it is unknown.
+    `length` is the number of pairs and `names` are their names, None if that is unknown. `files` are the files that are
+    read, `notices` are lines about what was found and is not read. After the last pair `shortfalls` says which frames
+    had no partner or could not be read; it is empty if all frames became pairs, or the iteration ended early.
     """
 
-    length: int | None = None
+    length:     int | None              = None
+    names:      Sequence[str] | None    = None
+    files:      Sequence[Path]          = ()
+    notices:    Sequence[str]           = ()
+    shortfalls: Sequence[Shortfall]     = ()
 
     @abc.abstractmethod
     def __iter__(self) -> Iterator[Shot]:

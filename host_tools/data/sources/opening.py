@@ -7,17 +7,23 @@
 
 from __future__ import annotations
 
+import contextlib
 from pathlib import Path
 
+import cv2
+
 from ...core.errors import ImageError, UsageError
+from ...core.images import quiet_stderr
 from .base import Source
-from .files import FileSource, PairFiles, pair_files, pair_files_of_one
+from .files import FileSource
+from .pairing import ENDINGS, PairFiles, check_distinct, pair_files, pair_files_of_one
 from .video import VideoSource
 
 _CAMERA = "camera:"
 
-#: Endings of video files, in lower case; all others are images.
-_VIDEOS = (".avi", ".mp4", ".mkv", ".mov", ".m4v", ".webm", ".mpg", ".mpeg", ".mjpeg", ".ts")
+#: Endings of video files, in lower case. OpenCV is asked what a file with another ending is.
+_VIDEOS = (".avi", ".mp4", ".mkv", ".mov", ".m4v", ".webm", ".mpg", ".mpeg", ".mjpeg", ".mjpg", ".ts", ".mts", ".m2ts",
+           ".h264", ".264", ".h265", ".265", ".hevc", ".wmv", ".flv", ".ogv", ".3gp", ".y4m")
 
 #: Examples of names, and what they mean.
 EXAMPLES = {
@@ -52,13 +58,27 @@ def open_source(names: list[str]) -> Source:
     if len(kinds) > 1:
         raise UsageError(f"{names[0]} is {_kind(places[0])}, {names[1]} {_kind(places[1])}: a source is of one kind")
     kind = kinds.pop()
+    if len(places) == 2 and kind != "a folder":
+        if places[0] == places[1] and isinstance(places[0], int):
+            raise UsageError(f"{names[0]} is the left and the right camera at the same time")
+        if len(paths) == 2:
+            check_distinct(*paths)
     if kind == "a folder":
-        return FileSource(pair_files(*paths) if len(paths) == 2 else pair_files_of_one(paths[0]))
+        return _folders(paths)
     if kind == "an image":
         if len(paths) == 1:
             raise UsageError(f"{paths[0]} is one image, its right one is missing")
         return FileSource([PairFiles(paths[0].stem, *paths)])
     return VideoSource(places)
+
+
+def _folders(paths: list[Path]) -> Source:
+    """Open one or two folders of images."""
+    if len(paths) == 2 and not paths[0].samefile(paths[1]):
+        return FileSource(pair_files(*paths))
+    pairs, unused = pair_files_of_one(paths[0])
+    text          = "images without a side in their names are" if unused > 1 else "image without a side in its name is"
+    return FileSource(pairs, [f"{paths[0]}: {unused} {text} not read"]*(unused > 0))
 
 
 def _place(name: str) -> Path | int:
@@ -76,4 +96,28 @@ def _kind(place: Path | int) -> str:
         return "a camera"
     if place.is_dir():
         return "a folder"
-    return "a video" if place.suffix.lower() in _VIDEOS else "an image"
+    ending = place.suffix.lower()
+    if ending in _VIDEOS:
+        return "a video"
+    if ending in ENDINGS or _is_image(place):
+        return "an image"
+    if _is_video(place):
+        return "a video"
+    raise ImageError(f"{place}: is neither an image nor a video that OpenCV can read; endings of images are "
+                     f"{', '.join(ENDINGS)}, of videos {', '.join(_VIDEOS)}")
+
+
+def _is_image(path: Path) -> bool:
+    with quiet_stderr(), contextlib.suppress(cv2.error, UnicodeError, SystemError):
+        return bool(cv2.haveImageReader(str(path)))
+    return False
+
+
+def _is_video(path: Path) -> bool:
+    with quiet_stderr(), contextlib.suppress(cv2.error, UnicodeError, SystemError):
+        capture = cv2.VideoCapture(str(path))
+        try:
+            return bool(capture.isOpened())
+        finally:
+            capture.release()
+    return False

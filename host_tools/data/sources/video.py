@@ -18,7 +18,13 @@ from numpy.typing import NDArray
 
 from ...core.errors import ImageError
 from ...core.images import quiet_stderr
-from .base import Shot, Source, grey, halves, shot
+from .base import Shortfall, Shot, Source, grey, halves, shot
+
+#: Endings of the files whose headers have the number of frames.
+_COUNTED = (".avi", ".mp4", ".m4v", ".mov")
+
+#: Longest time for counting the frames of a file that have no partner, in seconds.
+_REST_LIMIT_S = 10.0
 
 #: Images that a camera's driver queues: with one the newest image is read.
 _CAMERA_BUFFERS = 1
@@ -47,13 +53,14 @@ class VideoSource(Source):
         except BaseException:
             self.close()
             raise
-        self.live   = any(isinstance(place, int) for place in inputs)
-        self.length = None if self.live else self._frames()
-
-    def _frames(self) -> int | None:
-        """Return the number of images by the headers of the files, None if they have no number."""
-        counts = [int(capture.get(cv2.CAP_PROP_FRAME_COUNT)) for capture in self._captures]
-        return min(counts) if min(counts) > 0 else None
+        self.live     = any(isinstance(place, int) for place in inputs)
+        self.files    = [place for place in inputs if isinstance(place, Path)]
+        self._taken   = [0 for _ in inputs]
+        self._damaged = [False for _ in inputs]
+        # Numbers of images by the headers of the files, 0 if a file has no number.
+        self._counts  = [0 if self.live else max(int(capture.get(cv2.CAP_PROP_FRAME_COUNT)), 0)
+                         for capture in self._captures]
+        self.length   = min(self._counts) or None
 
     def __iter__(self) -> Iterator[Shot]:
         number = 0
@@ -65,6 +72,26 @@ class VideoSource(Source):
             number += 1
         if not number:
             raise ImageError(f"{name_of(self._inputs[0])}: has no frames that can be read")
+        self.shortfalls = self._missing(number)
+
+    def _missing(self, pairs: int) -> list[Shortfall]:
+        """Return what is missing at the end of the files: frames of the longer one, and the end of a file cut short."""
+        found = []
+        rests = [_rest(capture) for capture in self._captures]
+        for index, (place, taken, count) in enumerate(zip(self._inputs, self._taken, self._counts, strict=True)):
+            name  = name_of(place)
+            rest  = rests[index]
+            total = None if rest is None else taken + rest
+            if total is None or total > pairs:
+                number = None if total is None else total - pairs
+                reason = f"without a partner: {name_of(self._inputs[1 - index])} has {pairs}"
+                if self._damaged[index] or len(self._inputs) == 1:
+                    reason = f"not matched: frame {pairs} cannot be decoded"
+                found.append(Shortfall(name, number, reason))
+            # Other containers have no number of frames: it is computed from the duration, and often off by some.
+            if total is not None and total < count and Path(name).suffix.lower() in _COUNTED:
+                found.append(Shortfall(name, count - total, "of its header cannot be read: is it cut short?"))
+        return found
 
     def _take(self) -> tuple[list[NDArray[np.uint8]], float] | None:
         """Read the next image of each input; return them and when they were taken, None at the end."""
@@ -73,7 +100,9 @@ class VideoSource(Source):
             grabbed = [capture.grab() for capture in self._captures]
             at_s    = time.monotonic()
             frames  = [capture.retrieve() for capture in self._captures] if all(grabbed) else []
-        if not frames or not all(good for good, _ in frames):
+        self._taken = [taken + good for taken, good in zip(self._taken, grabbed, strict=True)]
+        self._damaged = [not good for good, _ in frames] or [False for _ in grabbed]
+        if not frames or any(self._damaged):
             if self.live:
                 raise ImageError(f"{name_of(self._inputs[grabbed.index(False) if False in grabbed else 0])}: gives no "
                                  "more frames, is it still plugged in?")
@@ -86,6 +115,17 @@ class VideoSource(Source):
             capture.release()
 
 
+def _rest(capture: cv2.VideoCapture) -> int | None:
+    """Count the remaining frames of a file; None if that takes too long."""
+    number, end_s = 0, time.monotonic() + _REST_LIMIT_S
+    with quiet_stderr():
+        while capture.grab():
+            number += 1
+            if time.monotonic() > end_s:
+                return None
+    return number
+
+
 def name_of(place: Path | int) -> str:
     """Return the name of an input on the command line."""
     return f"camera:{place}" if isinstance(place, int) else str(place)
@@ -94,7 +134,7 @@ def name_of(place: Path | int) -> str:
 def _open(capture: cv2.VideoCapture, place: Path | int) -> None:
     """Open a capture; raise ImageError if it cannot be opened."""
     opened = False
-    with quiet_stderr(), contextlib.suppress(cv2.error):
+    with quiet_stderr(), contextlib.suppress(cv2.error, UnicodeError, SystemError):
         opened = capture.open(place if isinstance(place, int) else str(place))
     if not opened and isinstance(place, int):
         raise ImageError(f"camera:{place}: cannot be opened: is it plugged in, and not used by another program?")

@@ -115,3 +115,28 @@ def test_calib(tmp_path):
         (tmp_path / "calib.txt").write_text(data_sets.CALIB.replace(old, new))
         with pytest.raises(GeometryError, match=f"'{old[:4]}.*is missing"):
             read_calib(tmp_path / "calib.txt")
+
+
+def test_hidden_files_and_missing_images_of_kitti(tmp_path):
+    """Files of a file manager are no truths; a truth without its images would be left out of the means."""
+    root = data_sets.kitti(tmp_path) / "training"
+    expected = [sample.name for sample in find_samples([root])]
+    for folder in ("image_2", "image_3", "disp_occ_0"):
+        (root / folder / "._000000_10.png").write_bytes(b"\0\5\x16\7")
+    (root / ".hidden").mkdir()
+    assert [sample.name for sample in find_samples([root])] == expected
+    names = sorted(path.name for path in (root / "disp_occ_0").glob("[!.]*.png"))
+    (root / "disp_occ_0" / "000099_10.png").write_bytes((root / "disp_occ_0" / names[0]).read_bytes())
+    with pytest.raises(DatasetError, match="000099_10.png: has no images in image_2 and image_3"):
+        find_samples([root])
+
+
+def test_a_pair_that_is_given_twice_is_one(tmp_path):
+    for place in ("a/x/teddy", "b/x/teddy", "c/teddy"):
+        grey = np.zeros((9, 9), np.uint8)
+        data_sets.write(tmp_path / place, {"left.png": grey, "right.png": grey,
+                                           "disp_left_u16.png": grey.astype(np.uint16)})
+    one = find_samples([tmp_path / "c" / "teddy", tmp_path / "c", tmp_path / "c" / "teddy" / ".." / "teddy"])
+    assert [sample.name for sample in one] == ["teddy"]
+    names = [sample.name for sample in find_samples([tmp_path / name / "x" for name in "ab"] + [tmp_path / "c"])]
+    assert len(set(names)) == 3 and "c/teddy" in names

@@ -197,3 +197,16 @@ def test_no_display_and_no_rerun(data, monkeypatch, capfd):
     monkeypatch.setitem(sys.modules, "rerun", None)
     assert run(*view(data)) == 1
     assert error_line(capfd).endswith(f"not installed: {install_command('view')}\n")
+
+
+def test_a_recording_without_frames_does_not_replace_an_older_one(data, tmp_path, capfd):
+    """The first pair is damaged: what was recorded before is still there."""
+    assert run(*view(data, "--save", tmp_path/"out.rrd", "--frames", 2)) == 0
+    for side in ("left", "right"):
+        (tmp_path/side).mkdir()
+        (tmp_path/side/"0.png").write_bytes((data/side/"0.png").read_bytes()[:2000])
+    capfd.readouterr()
+    assert run(*view(tmp_path, "--save", tmp_path/"out.rrd", "--calibration", data/"calibration")) == 1
+    assert "is not an image" in error_line(capfd)
+    assert sorted(loaded(tmp_path/"out.rrd")["/left", "Image:buffer"]) == [0, 1]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["left", "out.rrd", "right"]
