@@ -28,7 +28,8 @@ size_t screen_bytes(void);
 
 /** Makes the screen black, and shows pictures in `memory` from now on: screen_bytes() bytes for the screen alone.
  *
- * STATUS_BAD_ARGUMENT if the memory is not aligned to 64 bytes, STATUS_UNSUPPORTED if there is no screen.
+ * STATUS_BAD_ARGUMENT if the memory is not aligned to 64 bytes or not in main RAM, STATUS_UNSUPPORTED if there is no
+ * screen.
  */
 status_t screen_init(screen_t *screen, uint8_t *memory);
 

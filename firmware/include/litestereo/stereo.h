@@ -40,7 +40,7 @@ typedef struct {
     uint32_t dma_alignment;    /**< Bytes, a power of two: alignment of base addresses, and of the size of a map. */
 } stereo_capabilities_t;
 
-/** A frame to match: images and map in raster order, without gaps between rows, aligned for the DMA.
+/** A frame to match: images and map in raster order, without gaps between rows, in main RAM, aligned for the DMA.
  *
  * Images and map belong to the driver from stereo_submit to the end of the job.
  */
@@ -118,7 +118,11 @@ uint32_t stereo_image_bytes(const stereo_t *stereo, const stereo_settings_t *set
 /** Bytes of a map in memory: the gateware pads the last word that it writes. */
 uint32_t stereo_map_bytes(const stereo_t *stereo, const stereo_settings_t *settings);
 
-/** First field of a job that the gateware does not allow, or STEREO_FIELD_NONE. */
+/** First field of a job that the gateware does not allow, or STEREO_FIELD_NONE.
+ *
+ * Of a job that is otherwise valid, images and map must be in main RAM, with their padding: the peripheral may not get an
+ * error from an address without memory.
+ */
 stereo_field_t stereo_check(const stereo_t *stereo, const stereo_job_t *job);
 
 /** Starts a job at time `clock`: STATUS_BAD_ARGUMENT if stereo_check finds a bad field, STATUS_BUSY while a job
