@@ -28,7 +28,9 @@ class AddressTable(LiteXModule):
     - For an unknown one the table asks once and waits up to `WAIT_S`. After that, or if it has waited too much lately,
       the datagram is dropped. The answer still counts when it comes, so the next datagram goes through.
     - Each clock of waiting has to be followed by `REST` clocks without it before the next wait. So waits take at most
-      1/(REST + 1) of the time, whatever arrives.
+      1/(REST + 1) of the time, at any traffic.
+
+    A reset forgets all stations.
 
     Parameters
     ----------
@@ -46,6 +48,7 @@ class AddressTable(LiteXModule):
         self.source   = stream.Endpoint(_arp_table_layout)          # ARP messages to send.
         self.request  = stream.Endpoint(arp_table_request_layout)   # Address of the next datagram.
         self.response = stream.Endpoint(arp_table_response_layout)  # Its MAC address, or that it has to be dropped.
+        self.latency  = None                                        # Depends on the network.
 
         check(entries > 1 and entries & (entries - 1) == 0, f"entries is a power of 2, at least 2, not {entries}.")
         check(clk_freq >= 1000, f"clk_freq is at least 1000 Hz, not {clk_freq}.")

@@ -34,10 +34,10 @@ class Segment(LiteXModule):
         self.sink   = stream.Endpoint([("address", 32)])
         self.source = stream.Endpoint([("mac_address", 31), ("failed", 1)])
         self.table  = table = AddressTable(CLK_FREQ)
-        self.delay, self.move = Signal(16), Signal(16) # Clocks until a station answers; what its MAC address differs by.
-        self.busy   = Signal()                         # Clocks that the last datagrams have held the output.
-        self.held   = Signal(32)
-        self.asked  = Signal(32)                       # Questions of the table.
+        self.delay  = Signal(16) # Clocks until a station answers.
+        self.move   = Signal(16) # What its MAC address differs by.
+        self.held   = Signal(32) # Clocks for which datagrams have held the output.
+        self.asked  = Signal(32) # Questions of the table.
 
         # # #
 
@@ -67,7 +67,11 @@ class Segment(LiteXModule):
             If(count != 0, count.eq(count - 1)).Else(waits.eq(0)),
             If(table.source.valid & table.source.request,
                 self.asked.eq(self.asked + 1),
-                If(table.source.ip_address < SILENT, waits.eq(1), count.eq(self.delay), station.eq(table.source.ip_address)),
+                If(table.source.ip_address < SILENT,
+                    waits.eq(1),
+                    count.eq(self.delay),
+                    station.eq(table.source.ip_address),
+                ),
             ),
         ]
 
@@ -134,7 +138,7 @@ def test_a_silent_station_is_dropped(segment):
 
 @pytest.mark.parametrize("period", [1, 3*WAIT//10, 7*WAIT, 30*WAIT, 40*WAIT])
 def test_silent_stations_take_a_bounded_share_of_the_time(segment, period):
-    """Whatever their pace: at most 1/(REST + 1), and the peer of a session loses nothing."""
+    """At any pace: at most 1/(REST + 1), and the peer of a session loses nothing."""
     rounds = max(4, 200*WAIT//period)
     send(segment, 1)
     addresses: list[int] = []

@@ -192,8 +192,8 @@ def answer(sender: Station, number: int) -> bytes:
 #: Stations that answer nothing.
 SILENT = [Station(f"02:00:00:00:01:{n:02x}", f"192.168.1.{n}") for n in range(200, 208)]
 
-#: Clocks after which the device no longer waits for an answer to ARP. It does not wait again for 31 times as long, which
-#: is longer than any of these tests.
+#: Clocks after which the device no longer waits for an answer to ARP. It does not wait again for 31 times as long,
+#: longer than any of these tests.
 WAIT = 10000
 
 
