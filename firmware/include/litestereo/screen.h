@@ -15,6 +15,10 @@
 
 #include "litestereo/status.h"
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /** Handle of the screen; read-only for the caller. */
 typedef struct {
     uint16_t width;     /**< Pixels, a multiple of 4; 0 if there is no screen. */
@@ -38,5 +42,9 @@ uint8_t *screen_hidden(const screen_t *screen);
 
 /** Swaps the two pictures: shows the hidden one, and hides the other. */
 void screen_show(screen_t *screen);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

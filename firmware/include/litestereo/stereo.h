@@ -19,6 +19,10 @@
 #include "litestereo/status.h"
 #include "litestereo/stereo_settings.h"
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /** Version of this interface: major x 256 + minor. */
 #define STEREO_API_VERSION 0x0001u
 
@@ -29,7 +33,11 @@
 #define STEREO_MAX_ALIGNMENT 64u
 
 /** Aligns images and maps: `static STEREO_ALIGNED uint8_t left[320 * 240];` */
+#ifdef __cplusplus
+#define STEREO_ALIGNED __attribute__((aligned(STEREO_MAX_ALIGNMENT)))  /* Where C++ has no alignas: after static. */
+#else
 #define STEREO_ALIGNED _Alignas(STEREO_MAX_ALIGNMENT)
+#endif
 
 /** Capabilities of the gateware. */
 typedef struct {
@@ -155,5 +163,9 @@ status_t stereo_abort(stereo_t *stereo);
 
 /** Interrupt service routine, for STEREO_INTERRUPT. */
 void stereo_isr(stereo_t *stereo);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif
