@@ -53,8 +53,9 @@ def functions(header):
 def test_functions_have_the_names_of_c(tmp_path, header):
     """A C++ program that needs each function asks the linker for the name that the C object has."""
     names = functions(header)
-    text  = f'#include "{header}"\n' + "".join(
-        f"extern void *const use_{name};\nvoid *const use_{name} = reinterpret_cast<void *>(&{name});\n" for name in names)
+    uses  = [f"extern void *const use_{name};\nvoid *const use_{name} = reinterpret_cast<void *>(&{name});\n"
+             for name in names]
+    text  = "".join([f'#include "{header}"\n', *uses])
     assert compiled("c++17", text + "int main() { return 0; }\n", tmp_path) == ""
     symbols = subprocess.run(["nm", "-u", tmp_path / "source.o"], check=True, capture_output=True, text=True).stdout
     assert {line.split()[-1] for line in symbols.splitlines()} >= set(names)
