@@ -63,8 +63,8 @@ def test_hello_gives_the_session_that_later_requests_carry():
 
 @pytest.mark.parametrize("ordered", [False, True])
 def test_settle_time_after_hello(monkeypatch, ordered):
-    """On a channel without order nothing is sent for 30 ms after a hello, so that a late copy of it comes before the next
-    request; a channel with order loses no time."""
+    """On a channel without order nothing is sent for 30 ms after a hello, so that a late copy of it comes first; a
+    channel with order loses no time."""
     sent = []
 
     class Channel(SerialChannel):

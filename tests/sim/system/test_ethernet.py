@@ -328,12 +328,14 @@ def test_old_token(device, url):
 
 def clocks_per_frame(stranger, mode):
     """Clocks of the wire from one frame's upload to the next one's, in a session beside a stranger, or none."""
-    pair, frames = textured_pair(160, 100, generator(74), 5), 16
+    pair     = textured_pair(160, 100, generator(74), 5)
+    expected = expected_map(*pair, SETTINGS)
     with tempfile.TemporaryDirectory() as folder:
         capture = Path(folder) / "wire.pcap"
         with start_simulation(capture=capture, stranger=stranger) as device:
             with connect(f"udp://127.0.0.1:{device.udp_port}?mode={mode}") as host:
-                check_stream(host, [pair]*frames, SETTINGS)
+                maps = [result.disparity for result in host.stream([pair]*16, SETTINGS)]
+            assert len(maps) == 16 and all(np.array_equal(disparity, expected) for disparity in maps)
             refused = counters(device.port)["requests_refused"]
         last = {entry.message.frame_id: entry.clock for entry in read_capture(capture)
                 if entry.to_device and entry.message.type in (MessageType.UPLOAD, MessageType.PAIRS)}
