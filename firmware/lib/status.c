@@ -44,6 +44,8 @@ const char *status_name(status_t status)
         return "crc";
     case STATUS_PROTECTED:
         return "protected";
+    case STATUS_NO_RECORD:
+        return "no_record";
     }
     return "unknown";
 }
