@@ -8,6 +8,7 @@
 
 #include <stddef.h>
 
+#include "dma_memory.h"
 #include "lib/bytes.h"
 #include "platform.h"
 
@@ -84,6 +85,12 @@ static bool capabilities_are_valid(const frame_link_capabilities_t *can)
         && is_power_of_two(can->alignment) && can->alignment <= FRAME_LINK_MAX_ALIGNMENT;
 }
 
+/* Whether gateware may be given this memory; a message without a payload has an address all the same. */
+static bool is_reachable(const frame_link_t *link, const uint8_t *address, uint32_t bytes)
+{
+    return dma_reaches(address, bytes > 0 ? bytes : 1, link->capabilities.alignment);
+}
+
 /* After a restart of the firmware alone the gateware may still be running; it must not touch memory that is ours
  * now. */
 static status_t stop_everything(frame_link_t *link)
@@ -128,6 +135,9 @@ status_t frame_link_init(frame_link_t *link, uint8_t *mailbox)
     if (!capabilities_are_valid(&link->capabilities)) {
         return STATUS_UNSUPPORTED;
     }
+    if (!is_reachable(link, mailbox, link->capabilities.mailbox_entries * FRAME_LINK_ENTRY_SIZE)) {
+        return STATUS_BAD_ARGUMENT;
+    }
     status = stop_everything(link);
     if (status != STATUS_OK) {
         return status;
@@ -157,18 +167,19 @@ status_t frame_link_set_session(frame_link_t *link, uint32_t token, const peer_t
     return STATUS_OK;
 }
 
-static bool is_aligned(const frame_link_t *link, const uint8_t *address)
-{
-    return address != NULL && (uintptr_t)address % link->capabilities.alignment == 0;
-}
-
 status_t frame_link_open_slot(frame_link_t *link, unsigned slot, uint32_t frame_id, uint8_t *memory, uint32_t pixels)
 {
-    if (link == NULL || slot >= link->capabilities.slots || !is_aligned(link, memory) || pixels == 0) {
+    uint32_t chunks;
+
+    if (link == NULL || slot >= link->capabilities.slots || !is_reachable(link, memory, 1) || pixels == 0) {
         return STATUS_BAD_ARGUMENT;
     }
-    if ((pixels - 1) / PROTOCOL_CHUNK_SIZE >= link->capabilities.max_chunks / 2u) {
+    chunks = (pixels - 1) / PROTOCOL_CHUNK_SIZE + 1;  /* Of an image. */
+    if (chunks > link->capabilities.max_chunks / 2u) {
         return STATUS_SIZE;
+    }
+    if (!is_reachable(link, memory, 2 * chunks * PROTOCOL_CHUNK_SIZE)) {
+        return STATUS_BAD_ARGUMENT;
     }
     if (wait_while(is_clearing) != STATUS_OK) {
         return STATUS_TIMEOUT;
@@ -268,7 +279,7 @@ static void send(const peer_t *peer, const message_t *message, uint8_t control)
 
 status_t frame_link_reply(frame_link_t *link, const peer_t *peer, const message_t *message)
 {
-    if (link == NULL || peer == NULL || message == NULL || !is_aligned(link, message->payload)
+    if (link == NULL || peer == NULL || message == NULL || !is_reachable(link, message->payload, message->length)
         || message->length > PROTOCOL_CHUNK_SIZE) {
         return STATUS_BAD_ARGUMENT;
     }
@@ -287,7 +298,7 @@ bool frame_link_reply_busy(const frame_link_t *link)
 
 status_t frame_link_send_burst(frame_link_t *link, const peer_t *peer, const message_t *message)
 {
-    if (link == NULL || peer == NULL || message == NULL || !is_aligned(link, message->payload)
+    if (link == NULL || peer == NULL || message == NULL || !is_reachable(link, message->payload, message->length)
         || message->length == 0) {
         return STATUS_BAD_ARGUMENT;
     }

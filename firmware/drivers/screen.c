@@ -8,6 +8,7 @@
 
 #include <string.h>
 
+#include "dma_memory.h"
 #include "platform.h"
 
 enum { WIDTH = VIDEO_FRAMEBUFFER_HRES, HEIGHT = VIDEO_FRAMEBUFFER_VRES, PICTURE_BYTES = WIDTH * HEIGHT };
@@ -36,7 +37,7 @@ status_t screen_init(screen_t *screen, uint8_t *memory)
     if (PICTURE_BYTES == 0) {
         return STATUS_UNSUPPORTED;
     }
-    if (memory == NULL || (uintptr_t)memory % ALIGNMENT != 0) {
+    if (!dma_reaches(memory, PICTURE_BYTES + PICTURE_BYTES, ALIGNMENT)) {
         return STATUS_BAD_ARGUMENT;
     }
     /* After a restart of the firmware alone the gateware may still read from the old address. */

@@ -8,6 +8,7 @@
 
 #include <stddef.h>
 
+#include "dma_memory.h"
 #include "platform.h"
 
 #define CONTROL_START   REGISTER_BIT(STEREO_CONTROL_START)
@@ -141,6 +142,22 @@ static bool is_aligned(const stereo_t *stereo, const void *address)
     return address != NULL && (uintptr_t)address % stereo->capabilities.dma_alignment == 0;
 }
 
+/* First address of a job of a valid size whose bytes are not all in main RAM. Images of a streamed job are not read. */
+static stereo_field_t memory_problem(const stereo_t *stereo, const stereo_job_t *job)
+{
+    uint32_t alignment = stereo->capabilities.dma_alignment;
+    uint32_t bytes     = stereo_image_bytes(stereo, &job->settings);
+
+    if (!job->streamed && !dma_reaches(job->left, bytes, alignment)) {
+        return STEREO_FIELD_LEFT;
+    }
+    if (!job->streamed && !dma_reaches(job->right, bytes, alignment)) {
+        return STEREO_FIELD_RIGHT;
+    }
+    return dma_reaches(job->map, stereo_map_bytes(stereo, &job->settings), alignment) ? STEREO_FIELD_NONE
+                                                                                      : STEREO_FIELD_MAP;
+}
+
 stereo_field_t stereo_check(const stereo_t *stereo, const stereo_job_t *job)
 {
     const stereo_capabilities_t *can      = &stereo->capabilities;
@@ -166,7 +183,7 @@ stereo_field_t stereo_check(const stereo_t *stereo, const stereo_job_t *job)
     if (settings->height > can->max_height || settings->height < settings->block_size) {
         return STEREO_FIELD_HEIGHT;
     }
-    return STEREO_FIELD_NONE;
+    return memory_problem(stereo, job);
 }
 
 /* Writes the registers that the gateware takes over at the start of a frame. */

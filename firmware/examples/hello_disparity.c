@@ -32,7 +32,7 @@ int main(void)
     serial_init(&serial);
     status = stereo_init(&stereo);
     if (status != STATUS_OK) {
-        print(&serial, "hello_disparity: no matcher that this program knows: status %d\n", status);
+        print(&serial, "hello_disparity: no matcher that this program knows: %s\n", status_name(status));
         return 1;
     }
     job.settings        = stereo_settings_default(&stereo.capabilities.limits);
@@ -45,7 +45,7 @@ int main(void)
         status = stereo_wait(&stereo, &result);
     }
     if (status != STATUS_OK) {
-        print(&serial, "hello_disparity: FAILED: status %d\n", status);
+        print(&serial, "hello_disparity: FAILED: %s\n", status_name(status));
         return 1;
     }
     value = disparity_at(&job.settings, map, WIDTH * 3 / 4, HEIGHT / 2);

@@ -22,8 +22,9 @@ enum { WIDTH = 160, HEIGHT = 80, SECTORS = 5 };
 /* Least pixels of an obstacle, and the distance below which there is an alarm. */
 enum { LEAST_PIXELS = 60, ALARM_MM = 1200 };
 
-/* Focal length of 200 pixels, cameras 100 mm apart: a disparity of 1 pixel is at 20 m, one of 20 pixels at 1 m. */
-static const stereo_camera_t camera = {.focal_px16 = 200 * 16, .baseline_um = 100000};
+/* Focal length of 200 pixels, cameras 100 mm apart: a disparity of 1 pixel is at 20 m, one of 20 pixels at 1 m.
+ * Both principal points are in the same column. */
+static const stereo_camera_t camera = {.focal_px16 = 200 * 16, .baseline_um = 100000, .doffs_px16 = 0};
 
 static STEREO_ALIGNED uint8_t left[WIDTH * HEIGHT];
 static STEREO_ALIGNED uint8_t right[WIDTH * HEIGHT];

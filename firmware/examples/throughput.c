@@ -85,7 +85,7 @@ int main(void)
     status = match_all(&job);
     clocks = (uint32_t)(clock_now() - begin) / FRAMES;
     if (status != STATUS_OK) {
-        print(&serial, "throughput: FAILED: status %d\n", status);
+        print(&serial, "throughput: FAILED: %s\n", status_name(status));
         return 1;
     }
     print(&serial, "throughput: width=%d height=%d frames=%d clocks_per_frame=%u matcher_clocks=%u crc32=0x%08x\n",

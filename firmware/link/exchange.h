@@ -72,6 +72,16 @@ bool session_has_departed(const session_t *session, uint32_t sequence);
 /** Whether a request is the session's, or may begin a session; refuses it if not. In session_peer.c. */
 bool session_admit(session_t *session, exchange_t *exchange);
 
+/** Whether there is a reply: always for the session's host and on the serial line, at a bounded rate for others. In
+ * session_peer.c. */
+bool session_may_answer(session_t *session, const exchange_t *exchange);
+
+/** Remembers the HELLO of a session that ends because another begins. In session_peer.c. */
+void session_remember_hello(session_t *session);
+
+/** Whether a HELLO is one of those. In session_peer.c. */
+bool session_has_said_hello(const session_t *session, const peer_t *peer, uint32_t nonce);
+
 /** Whether the session's host is at UDP, so that gateware moves images and maps; else it is at the serial line. */
 static inline bool session_is_udp(const session_t *session)
 {

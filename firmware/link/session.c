@@ -165,8 +165,13 @@ void session_hello(session_t *session, exchange_t *exchange)
     uint32_t nonce = get_u32(exchange->request->payload);
     bool     again = session->token != 0 && session->nonce == nonce && peer_is(&session->peer, exchange->peer);
 
-    /* A late copy of the HELLO, even after the session's end, begins no session. */
+    /* A late copy of the HELLO, even after the session's end, begins no session; nor does one of an earlier session. */
+    if (!again && session_has_said_hello(session, exchange->peer, nonce)) {
+        exchange->no_reply = true;
+        return;
+    }
     if (!again) {
+        session_remember_hello(session);
         session_free_all(session, COUNTER_FRAMES_RECLAIMED);
         session->token = draw_token(session, nonce);
         session->nonce = nonce;
@@ -316,7 +321,7 @@ bool session_handle(session_t *session, uint64_t clock, const peer_t *peer, cons
         return false;
     }
     serve(session, &exchange);
-    if (exchange.no_reply) {
+    if (exchange.no_reply || !session_may_answer(session, &exchange)) {
         return false;
     }
     *reply = (message_t){

@@ -22,6 +22,19 @@
 /** Departed streamed frames that are remembered, so that a late copy of their STREAM opens no frame. */
 #define SESSION_DEPARTED 16u
 
+/** Sessions whose HELLO is remembered, so that a late copy of it begins no session. */
+#define SESSION_HELLOS 8u
+
+/** Answers to UDP peers other than the session's: this many at once, then this many per second. */
+#define SESSION_STRANGER_BURST 32u
+#define SESSION_STRANGER_RATE  8u
+
+/** The HELLO that began a session. */
+typedef struct {
+    peer_t   peer;   /**< Its sender. */
+    uint32_t nonce;  /**< Its nonce. */
+} session_hello_t;
+
 /** The device's description of itself in the reply to HELLO; the fields are the protocol's capabilities. */
 typedef struct {
     uint16_t    gateware_version;  /**< Major x 256 + minor. */
@@ -78,6 +91,9 @@ typedef struct {
     uint32_t             token;          /**< Token of the session; 0 before the first. */
     bool                 open;           /**< The token is valid: after HELLO, before BYE. */
     uint32_t             nonce;          /**< Nonce of the HELLO. */
+    session_hello_t      hellos[SESSION_HELLOS];  /**< HELLOs of the sessions before this one, the last ones. */
+    uint32_t             hello_count;    /**< Sessions before this one, modulo 2**32. */
+    uint64_t             strangers_served;  /**< Clock up to which answers to strangers have used their rate. */
     uint32_t             random;         /**< State of the generator of tokens; never 0. */
     stereo_settings_t    settings;       /**< Of frames opened from now on, except their size. */
     uint32_t             departed[SESSION_DEPARTED];  /**< Sequences of the STREAMs of the frames that departed last. */
@@ -92,7 +108,8 @@ void session_init(session_t *session, const device_info_t *info, frame_pool_t *p
  *
  * `clock` also seeds the tokens: pass the uptime, which differs from boot to boot. The reply's payload goes to
  * `payload`, which has room for PROTOCOL_CHUNK_SIZE bytes. Returns whether there is a reply to send. There is none if
- * the message is itself a reply, or if gateware sends the replies.
+ * the message is itself a reply, if gateware sends the replies, or if the sender is a UDP peer that is not the session's
+ * and has had its share: SESSION_STRANGER_RATE per second for all of them.
  */
 bool session_handle(session_t *session, uint64_t clock, const peer_t *peer, const message_t *request, message_t *reply,
     uint8_t *payload);

@@ -4,7 +4,7 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-/* Which host the session belongs to, and for how long. */
+/* Which host the session belongs to, and for how long; which hosts get an answer. */
 
 #include "exchange.h"
 
@@ -81,4 +81,51 @@ bool session_admit(session_t *session, exchange_t *exchange)
         return false;
     }
     return true;
+}
+
+/* Whether a request that has been handled is of the session's host, and carries its token. */
+static bool is_own(const session_t *session, const exchange_t *exchange)
+{
+    const message_t *request = exchange->request;
+
+    return peer_is(&session->peer, exchange->peer)
+        && (request->type == TYPE_HELLO || (session->token != 0 && request->session == session->token));
+}
+
+bool session_may_answer(session_t *session, const exchange_t *exchange)
+{
+    uint64_t step = session->info->sys_clk_hz / SESSION_STRANGER_RATE;
+
+    /* The line has one peer, and its bytes stay on it. */
+    if (!exchange->peer->udp || is_own(session, exchange)) {
+        return true;
+    }
+    if (session->strangers_served < exchange->clock) {
+        session->strangers_served = exchange->clock;
+    }
+    if (session->strangers_served - exchange->clock > (SESSION_STRANGER_BURST - 1) * step) {
+        return false;
+    }
+    session->strangers_served += step;
+    return true;
+}
+
+void session_remember_hello(session_t *session)
+{
+    if (session->token != 0) {
+        session->hellos[session->hello_count++ % SESSION_HELLOS] = (session_hello_t){
+            .peer = session->peer, .nonce = session->nonce,
+        };
+    }
+}
+
+bool session_has_said_hello(const session_t *session, const peer_t *peer, uint32_t nonce)
+{
+    /* A serial line delivers in order: what arrives there is no late copy. */
+    for (uint32_t i = 0; peer->udp && i < SESSION_HELLOS && i < session->hello_count; i++) {
+        if (session->hellos[i].nonce == nonce && peer_is(&session->hellos[i].peer, peer)) {
+            return true;
+        }
+    }
+    return false;
 }

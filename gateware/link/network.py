@@ -10,7 +10,6 @@ from litex.gen import *
 from litex.soc.interconnect import stream
 
 from liteeth.common       import convert_ip, eth_fcs_length, eth_min_frame_length, eth_phy_description, ethernet_type_ip
-from liteeth.core.arp     import LiteEthARP
 from liteeth.core.icmp    import LiteEthICMP
 from liteeth.core.ip      import LiteEthIPRX, LiteEthIPTX, LiteEthIPV4Crossbar
 from liteeth.core.udp     import LiteEthUDP, LiteEthUDPUserPort
@@ -23,6 +22,7 @@ from liteeth.mac.preamble import LiteEthMACPreambleChecker, LiteEthMACPreambleIn
 
 from ..common.crossing        import Crossing
 from ..common.stream_register import add_register, join
+from .address_table           import ARP
 
 WORD_BITS = 32 # Between MAC and UDP: wide enough for a system clock that is slower than the wire's.
 
@@ -104,13 +104,24 @@ class MAC(LiteXModule):
 
 # IP -----------------------------------------------------------------------------------------------
 
+class IPSender(LiteEthIPTX):
+    """As LiteEthIPTX, but a packet that is dropped leaves no checksum behind.
+
+    LiteEth's sender resets the checksum of the header at the end of a packet that it sends, not of one that it drops
+    because ARP has failed. The next packet would have the checksum of the dropped one, and be thrown away by its host.
+    """
+    def __init__(self, mac_address, ip_address, arp_table, dw):
+        LiteEthIPTX.__init__(self, mac_address, ip_address, arp_table, dw=dw)
+        end = self.packetizer.source
+        self.comb += If(self.fsm.ongoing("DROP") & end.valid & end.last & end.ready, self.checksum.reset.eq(1))
+
 class IP(LiteXModule):
     """As LiteEthIP, with a register after its receiver.
 
     Without the register, the check of a header and the reaction of ICMP and UDP to it would be in one clock.
     """
     def __init__(self, mac, mac_address, ip_address, arp_table, pipelined):
-        self.tx       = tx       = LiteEthIPTX(mac_address, ip_address, arp_table, dw=WORD_BITS)
+        self.tx       = tx       = IPSender(mac_address, ip_address, arp_table, dw=WORD_BITS)
         self.rx       = rx       = LiteEthIPRX(mac_address, ip_address, with_broadcast=False, dw=WORD_BITS)
         self.crossbar = crossbar = LiteEthIPV4Crossbar(WORD_BITS)
         port          = mac.crossbar.get_port(ethernet_type_ip, WORD_BITS)
@@ -154,7 +165,7 @@ class Network(LiteXModule):
         # # #
 
         self.mac  = MAC(phy, pipelined)
-        self.arp  = LiteEthARP(self.mac, mac_address, ip_address, clk_freq, entries=4, dw=WORD_BITS)
+        self.arp  = ARP(self.mac, mac_address, ip_address, clk_freq, dw=WORD_BITS)
         self.ip   = IP(self.mac, mac_address, ip_address, self.arp.table, pipelined)
         if with_icmp:
             self.icmp = LiteEthICMP(self.ip, ip_address, dw=WORD_BITS)

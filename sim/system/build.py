@@ -34,6 +34,10 @@ TOOLS          = {"verilator": "verilator", "riscv64-unknown-elf-gcc": "gcc-risc
 #: Rooms that a simulator is generated from, together with LiteX.
 SOURCES = ("gateware", "soc/build", "soc/parts", "soc/boards", "sim/socs")
 
+#: Sources in `firmware/examples`, in C or C++, by the names of their programs.
+_EXAMPLE_SOURCES = {path.stem: path.name for path in (FIRMWARE_DIR / "examples").iterdir()
+                    if path.suffix in (".c", ".cpp")}
+
 
 class SimulationError(RuntimeError):
     """The simulation could not be built or started; the message says why and what to do."""
@@ -103,7 +107,7 @@ def build_boot(soc: Path) -> Path:
 
 def examples() -> list[str]:
     """Return the names of the programs in `firmware/examples`."""
-    return sorted(path.stem for path in (FIRMWARE_DIR / "examples").glob("*.c"))
+    return sorted(_EXAMPLE_SOURCES)
 
 
 def build_example(soc: Path, name: str) -> Path:
@@ -114,7 +118,8 @@ def build_example(soc: Path, name: str) -> Path:
     SimulationError
         The build failed.
     """
-    return _build_program(soc, FIRMWARE_DIR / "Makefile", name, f"APP=examples/{name}.c") / f"{name}.bin"
+    source = f"examples/{_EXAMPLE_SOURCES[name]}"
+    return _build_program(soc, FIRMWARE_DIR / "Makefile", name, f"APP={source}") / f"{name}.bin"
 
 
 def build_program(soc: Path, source: Path, *arguments: str) -> Path:

@@ -16,6 +16,7 @@ import subprocess
 import tempfile
 import time
 import zlib
+from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
 
@@ -34,6 +35,21 @@ WIRES = {"socket": "ethernet2socket", "tap": "ethernet"}
 #: Makes Linux kill the command that follows when its parent ends, for any reason. (A preexec_fn could hang if there are
 #: threads.)
 DIE_WITH_PARENT = ("setpriv", "--pdeathsig", "KILL")
+
+
+@dataclass(frozen=True)
+class Stranger:
+    """A station on the simulated wire that sends the same datagram again and again, and answers nothing, not even ARP.
+
+    Parameters
+    ----------
+    payload
+        What each datagram carries, at most 1472 bytes.
+    clocks
+        Clocks of the wire from one datagram to the next, at least 1.
+    """
+    payload: bytes
+    clocks:  int
 
 
 class Simulation:
@@ -75,7 +91,7 @@ class Simulation:
 
 def start_simulation(ram: str = "integrated-ram", port: int = 0, udp_port: int = 0, wire: str = "socket",
                      byte_clock_hz: int = SYS_CLK_HZ, capture: Path | None = None, timeout_s: float = 300.0,
-                     example: str | None = None) -> Simulation:
+                     example: str | None = None, stranger: Stranger | None = None) -> Simulation:
     """Build what is missing, start the simulation and wait for the firmware's prompt.
 
     Parameters
@@ -96,6 +112,8 @@ def start_simulation(ram: str = "integrated-ram", port: int = 0, udp_port: int =
         Longest wait for the prompt, in seconds.
     example
         One of `build.examples` in place of our firmware; there is no prompt to wait for then.
+    stranger
+        Another station on the wire `socket`.
 
     Raises
     ------
@@ -115,7 +133,9 @@ def start_simulation(ram: str = "integrated-ram", port: int = 0, udp_port: int =
     _prepare_memories(folder, soc / "gateware", contents)
     _prepare_modules(folder, soc / "gateware", {
         "serial2socket":   {"port": port},
-        "ethernet2socket": {"port": udp_port, "clock": "eth_clk"} | ({"capture": str(capture)} if capture else {}),
+        "ethernet2socket": {"port": udp_port, "clock": "eth_clk"} | ({"capture": str(capture)} if capture else {})
+                           | ({"stranger_payload": stranger.payload.hex(), "stranger_clocks": stranger.clocks}
+                              if stranger else {}),
         "ethernet":        {"interface": "tap0", "ip": "192.168.1.100"},
     }, wire, byte_clock_hz)
     with open(folder / "simulation.log", "wb") as log:

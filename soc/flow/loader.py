@@ -46,11 +46,20 @@ def load(board: str) -> None:
     """Load the bitstream into the FPGA; the firmware comes from the flash."""
     run_loader(board, str(bitstream(board)))
 
+def check_room(path: Path, offset: int) -> None:
+    """Raise ToolError if a bitstream, which begins at address 0, reaches into the firmware's images at `offset`."""
+    size = path.stat().st_size if path.is_file() else 0 # openFPGALoader says that a file is not there.
+    if size > offset:
+        raise ToolError(f"{path.name} has {size} bytes, but the firmware's images begin at {offset}: set a larger "
+                        "flash_offset for the board")
+
 def flash(board: str) -> None:
     """Write the bitstream and each image of the firmware to the flash."""
     folder = built(board)
     place  = json.loads((folder / "report.json").read_text())["flash"]
-    run_loader(board, "--write-flash", str(bitstream(board)))
+    path   = bitstream(board)
+    check_room(path, place["offset"])
+    run_loader(board, "--write-flash", str(path))
     for image in range(place["images"]):
         offset = place["offset"] + image*place["bytes"]
         run_loader(board, "--write-flash", "--offset", str(offset), str(folder / "firmware.bin"))

@@ -12,6 +12,10 @@
 
 #include <stdint.h>
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /** Major x 256 + minor. */
 #ifndef FIRMWARE_VERSION
 #define FIRMWARE_VERSION 0x0001u
@@ -34,5 +38,9 @@ typedef struct {
 
 /** The tag of this program. */
 extern const firmware_tag_t firmware_tag;
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

@@ -16,6 +16,10 @@
 
 #include "litestereo/status.h"
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 #define FLASH_SECTOR_BYTES 4096u
 #define FLASH_PAGE_BYTES   256u
 
@@ -61,5 +65,9 @@ status_t flash_poll(const flash_t *flash, uint64_t clock);
 
 /** Whether any part of the flash is write-protected. */
 bool flash_is_protected(const flash_t *flash);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

@@ -13,6 +13,10 @@
 
 #include "litestereo/stereo_settings.h"
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /** Draws one row of a picture of `width` x `height` pixels, with the map centred in it, or cropped if it is larger.
  *
  * The largest disparity searched becomes 255, others in proportion, rounded. Disparities of 0 or less, pixels without
@@ -26,5 +30,9 @@
  */
 uint32_t grey_map_row(const stereo_settings_t *settings, const int16_t *map, uint8_t *out, uint32_t width,
     uint32_t height, uint32_t row);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

@@ -12,6 +12,10 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /** Clocks since reset. Not to be called in an interrupt: latching and reading the counter is not atomic. */
 uint64_t clock_now(void);
 
@@ -45,5 +49,9 @@ size_t platform_stack_used(size_t *size);
 
 /** Memory between the program and the end of main RAM; writes its size in bytes to `size`. */
 void *platform_frame_memory(size_t *size);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

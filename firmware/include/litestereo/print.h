@@ -15,6 +15,10 @@
 
 #include "litestereo/serial.h"
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /** Most characters of one call. */
 #define PRINT_MOST 199u
 
@@ -26,5 +30,9 @@ void print_to(print_write_t write, void *context, const char *format, va_list ar
 
 /** Prints on the UART, as print_to does. */
 void print(serial_t *serial, const char *format, ...) __attribute__((format(printf, 2, 3)));
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

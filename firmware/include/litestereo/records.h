@@ -21,6 +21,10 @@
 #include "litestereo/flash.h"
 #include "litestereo/status.h"
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /** Kinds of records. Our firmware uses 0 to 3; the others, below RECORD_KINDS, are a program's own. */
 enum { RECORD_TRIAL = 0, RECORD_CALIBRATION = 1, RECORD_NETWORK = 2, RECORD_PROGRAM = 4, RECORD_KINDS = 8 };
 
@@ -77,5 +81,9 @@ status_t records_begin_write(records_t *records, uint32_t kind, const void *data
 /** Does the next piece of a write, a page or less than a millisecond; its first and last piece read both copies.
  * STATUS_BUSY until it has ended, then once what records_write returns; STATUS_IDLE if nothing is written. */
 status_t records_poll(records_t *records, uint64_t clock);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

@@ -12,6 +12,10 @@
 
 #include <stdint.h>
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /** Cause of a reset. */
 typedef enum {
     RESET_POWER_UP  = 0,  /**< Power-up, or a bitstream was loaded. */
@@ -43,5 +47,9 @@ void reset_forget_starts(void);
 
 /** Name of a cause. */
 const char *reset_cause_name(reset_cause_t cause);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

@@ -15,6 +15,10 @@
 
 #include "litestereo/status.h"
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /** Handle of the screen; read-only for the caller. */
 typedef struct {
     uint16_t width;     /**< Pixels, a multiple of 4; 0 if there is no screen. */
@@ -28,7 +32,8 @@ size_t screen_bytes(void);
 
 /** Makes the screen black, and shows pictures in `memory` from now on: screen_bytes() bytes for the screen alone.
  *
- * STATUS_BAD_ARGUMENT if the memory is not aligned to 64 bytes, STATUS_UNSUPPORTED if there is no screen.
+ * STATUS_BAD_ARGUMENT if the memory is not aligned to 64 bytes or not in main RAM, STATUS_UNSUPPORTED if there is no
+ * screen.
  */
 status_t screen_init(screen_t *screen, uint8_t *memory);
 
@@ -37,5 +42,9 @@ uint8_t *screen_hidden(const screen_t *screen);
 
 /** Swaps the two pictures: shows the hidden one, and hides the other. */
 void screen_show(screen_t *screen);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

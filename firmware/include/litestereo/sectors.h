@@ -15,6 +15,10 @@
 #include "litestereo/status.h"
 #include "litestereo/stereo_settings.h"
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /** One sector. */
 typedef struct {
     uint16_t first;      /**< First column. */
@@ -33,5 +37,9 @@ typedef struct {
  */
 status_t sectors_find(const stereo_settings_t *settings, const int16_t *map, uint32_t least, sector_t *sectors,
     unsigned count);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

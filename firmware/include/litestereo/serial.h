@@ -13,6 +13,10 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /** Received bytes that are kept while the sender waits for the line; a power of two. */
 #define SERIAL_BACKLOG_SIZE 512u
 
@@ -36,5 +40,9 @@ void serial_send(serial_t *serial, const uint8_t *bytes, size_t length);
 /** Sends text without the handle, for emergencies: in an interrupt, or before a reset. Returns once the text is sent,
  * or when the line stalls. */
 void serial_say(const char *text);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

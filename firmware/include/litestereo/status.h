@@ -7,6 +7,10 @@
 #ifndef LITESTEREO_STATUS_H
 #define LITESTEREO_STATUS_H
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /** Outcome of a function. */
 typedef enum {
     STATUS_OK = 0,        /**< Done. */
@@ -28,5 +32,12 @@ typedef enum {
     STATUS_PROTECTED,     /**< The flash is write-protected. */
     STATUS_NO_RECORD,     /**< The flash has no such record. */
 } status_t;
+
+/** Name of a status for messages, such as "timeout"; "unknown" for a number that is none. */
+const char *status_name(status_t status);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

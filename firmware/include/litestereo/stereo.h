@@ -19,6 +19,10 @@
 #include "litestereo/status.h"
 #include "litestereo/stereo_settings.h"
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /** Version of this interface: major x 256 + minor. */
 #define STEREO_API_VERSION 0x0001u
 
@@ -29,7 +33,11 @@
 #define STEREO_MAX_ALIGNMENT 64u
 
 /** Aligns images and maps: `static STEREO_ALIGNED uint8_t left[320 * 240];` */
+#ifdef __cplusplus
+#define STEREO_ALIGNED __attribute__((aligned(STEREO_MAX_ALIGNMENT)))  /* Where C++ has no alignas: after static. */
+#else
 #define STEREO_ALIGNED _Alignas(STEREO_MAX_ALIGNMENT)
+#endif
 
 /** Capabilities of the gateware. */
 typedef struct {
@@ -40,7 +48,7 @@ typedef struct {
     uint32_t dma_alignment;    /**< Bytes, a power of two: alignment of base addresses, and of the size of a map. */
 } stereo_capabilities_t;
 
-/** A frame to match: images and map in raster order, without gaps between rows, aligned for the DMA.
+/** A frame to match: images and map in raster order, without gaps between rows, in main RAM, aligned for the DMA.
  *
  * Images and map belong to the driver from stereo_submit to the end of the job.
  */
@@ -118,7 +126,11 @@ uint32_t stereo_image_bytes(const stereo_t *stereo, const stereo_settings_t *set
 /** Bytes of a map in memory: the gateware pads the last word that it writes. */
 uint32_t stereo_map_bytes(const stereo_t *stereo, const stereo_settings_t *settings);
 
-/** First field of a job that the gateware does not allow, or STEREO_FIELD_NONE. */
+/** First field of a job that the gateware does not allow, or STEREO_FIELD_NONE.
+ *
+ * Of a job that is otherwise valid, images and map must be in main RAM, with their padding: the peripheral may not get an
+ * error from an address without memory.
+ */
 stereo_field_t stereo_check(const stereo_t *stereo, const stereo_job_t *job);
 
 /** Starts a job at time `clock`: STATUS_BAD_ARGUMENT if stereo_check finds a bad field, STATUS_BUSY while a job
@@ -151,5 +163,9 @@ status_t stereo_abort(stereo_t *stereo);
 
 /** Interrupt service routine, for STEREO_INTERRUPT. */
 void stereo_isr(stereo_t *stereo);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

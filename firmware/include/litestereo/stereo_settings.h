@@ -15,6 +15,10 @@
 #include "litestereo/status.h"
 #include "litestereo/stereo_tables.h"
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /** Value of disp12_max_diff for no left-right check. */
 #define STEREO_NO_CHECK (-1)
 
@@ -99,5 +103,9 @@ static inline int16_t stereo_settings_invalid(const stereo_settings_t *settings)
 {
     return (int16_t)((settings->min_disparity - 1) * 16);
 }
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

@@ -24,6 +24,10 @@
 #include "litestereo/reset.h"
 #include "litestereo/status.h"
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /** Starts without a confirmation after which the old firmware is started. */
 #define TRIAL_STARTS 3u
 
@@ -85,5 +89,9 @@ status_t trial_record(trial_t *trial, trial_state_t state, uint32_t image, uint3
 
 /** STATUS_BUSY while a record is being written, then how that ended. */
 status_t trial_status(const trial_t *trial);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

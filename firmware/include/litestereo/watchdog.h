@@ -11,6 +11,10 @@
 
 #include <stdint.h>
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /** Starts the watchdog: feed it at least every `clocks` clocks from now on. If not, it raises an interrupt, in which
  * the program can record where it hangs, and resets the SoC a twentieth of a second later. */
 void watchdog_start(uint32_t clocks);
@@ -23,5 +27,9 @@ void watchdog_pause(void);
 
 /** Feeds the watchdog and lets it continue; does nothing if it was never started. */
 void watchdog_resume(void);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

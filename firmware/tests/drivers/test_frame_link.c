@@ -302,6 +302,28 @@ static void test_open(void)
     require_all_done();
 }
 
+/* For each size of the slot table: its largest frame, and one with a pixel, a chunk or more than a register too much. */
+static void test_largest_frame(void)
+{
+    for (uint32_t chunks = 32; chunks <= 8192; chunks += 32) {
+        built_t  built = {FRAME_LINK_VERSION, SLOTS, chunks, 8, 16};
+        uint32_t most  = chunks / 2 * 1024;
+
+        set_up_built(&built, 0);
+        for (uint32_t less = 0; less < 2; less++) {
+            expect_read("slot_status", 0);
+            expect_open(0, most - less);
+            expect_read("slot_status", 0);
+            REQUIRE(frame_link_open_slot(&link, 0, 0x87654321, address(0x40010000), most - less) == STATUS_OK);
+            require_all_done();
+        }
+        REQUIRE(frame_link_open_slot(&link, 0, 1, address(0x40010000), most + 1) == STATUS_SIZE);
+        REQUIRE(frame_link_open_slot(&link, 0, 1, address(0x40010000), most + 1024) == STATUS_SIZE);
+        REQUIRE(frame_link_open_slot(&link, 0, 1, address(0x40010000), UINT32_MAX - 1023) == STATUS_SIZE);
+        REQUIRE(frame_link_open_slot(&link, 0, 1, address(0x40010000), UINT32_MAX) == STATUS_SIZE);
+    }
+}
+
 static void test_close(void)
 {
     set_up();
@@ -518,6 +540,7 @@ int main(void)
     test_init_gives_up();
     test_session();
     test_open();
+    test_largest_frame();
     test_close();
     test_arrived();
     test_mailbox();

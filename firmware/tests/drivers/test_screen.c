@@ -7,6 +7,7 @@
 /* The driver of the screen: black at first, then two pictures alternately, and a shown picture has left the caches. */
 
 #include "fake_screen.h"
+#include "generated/mem.h"
 #include "generated/soc.h"
 #include "litestereo/platform.h"
 #include "litestereo/screen.h"
@@ -72,9 +73,28 @@ static void test_two_alternate(void)
     }
 }
 
+/* The gateware never gets memory that is not all in main RAM. */
+static void test_outside_of_memory(void)
+{
+    const uint64_t base = (uintptr_t)memory;
+    screen_t       screen;
+
+    for (uint32_t missing = 0; missing < 2; missing++) {
+        stub_ram_base  = base;
+        stub_ram_bytes = 2 * PIXELS - missing;
+        REQUIRE(screen_init(&screen, memory) == (missing == 0 ? STATUS_OK : STATUS_BAD_ARGUMENT));
+        stub_ram_base  = base + missing;
+        stub_ram_bytes = 2 * PIXELS;
+        REQUIRE(screen_init(&screen, memory) == (missing == 0 ? STATUS_OK : STATUS_BAD_ARGUMENT));
+    }
+    stub_ram_base  = 0;
+    stub_ram_bytes = 1ull << 32;
+}
+
 int main(void)
 {
     test_init();
     test_two_alternate();
+    test_outside_of_memory();
     return 0;
 }

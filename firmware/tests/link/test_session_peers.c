@@ -279,6 +279,145 @@ static void test_same_nonce(void)
     REQUIRE(token != first && counters.value[COUNTER_SESSIONS] == 2);
 }
 
+/* Sends a HELLO as `who`; returns whether it is answered. */
+static bool late_hello(const peer_t *who, uint32_t nonce)
+{
+    uint8_t payload[4];
+
+    peer = *who;
+    put_u32(payload, nonce);
+    return request(TYPE_HELLO, 0, 0, payload, 4);
+}
+
+/* A late copy of the HELLO of any of the last sessions begins no session, and is not answered: from the session's peer,
+ * and from others once it has ended. */
+static void test_late_hello(void)
+{
+    for (uint32_t sessions = 2; sessions < 2 * SESSION_HELLOS + 3; sessions++) {
+        for (uint32_t age = 1; age < sessions; age++) {
+            bool     known = age <= SESSION_HELLOS;
+            uint32_t mine;
+
+            start();
+            for (uint32_t n = 0; n < sessions; n++) {
+                peer = n % 2 == 0 ? alice : carol;
+                hello(100 + n);
+                REQUIRE(ask(TYPE_BYE, 0, 0, NULL, 0) == 0x8a);
+            }
+            peer = bob;
+            hello(1);
+            mine = token;
+            /* The newest of these, age 1, belongs to the session before bob's. */
+            uptime += SILENCE;
+            REQUIRE(late_hello((sessions - age) % 2 == 0 ? &alice : &carol, 100 + sessions - age) == !known);
+            REQUIRE(counters.value[COUNTER_SESSIONS] == sessions + 1 + !known);
+            if (known) {
+                peer  = bob;
+                token = mine;
+                REQUIRE(ask(TYPE_STATUS, 1, 0, NULL, 0) == 0x86);
+                /* The nonce of another peer is no copy. */
+                peer = carol;
+                uptime += SILENCE;
+                hello(1);
+                REQUIRE(counters.value[COUNTER_SESSIONS] == sessions + 2);
+            }
+        }
+    }
+}
+
+/* Two sessions of one peer: the copy of the first one's HELLO does not end the third. */
+static void test_late_hello_of_the_same_peer(void)
+{
+    uint32_t mine;
+
+    start();
+    peer = alice;
+    hello(1);
+    hello(2);
+    hello(3);
+    mine = token;
+    make_frame(5, FRAME_LOADING);
+    REQUIRE(!late_hello(&alice, 1) && !late_hello(&alice, 2));
+    REQUIRE(counters.value[COUNTER_SESSIONS] == 3 && counters.value[COUNTER_FRAMES_RECLAIMED] == 0);
+    token = mine;
+    REQUIRE(ask(TYPE_STATUS, 5, 0, NULL, 0) == 0x86 && reply.payload[0] == FRAME_LOADING);
+    hello(3);
+    REQUIRE(token == mine);
+}
+
+/* A request of a kind that a stranger can send; every second kind is of the session's address. */
+static bool strange_request(unsigned kind)
+{
+    uint8_t payload[4] = {kind & 0xff, 0x77};
+    bool    answered;
+
+    peer   = kind % 2 == 0 ? alice : kind % 4 == 1 ? bob : carol;
+    token += kind % 2 == 0;
+    if (kind % 6 == 5) {
+        answered = request(TYPE_HELLO, 0, 0, payload, 4);
+    } else {
+        answered = request(kind % 6 == 3 ? 0x70 : TYPE_STATUS, 1, 0, NULL, 0);
+    }
+    token -= kind % 2 == 0;
+    return answered;
+}
+
+/* Strangers and wrong tokens get answers at a bounded rate, at any pace; the session gets every answer. */
+static void test_strangers(void)
+{
+    static const uint32_t paces[] = {
+        2000, HZ / 10000, HZ / SESSION_STRANGER_RATE - 1, HZ / SESSION_STRANGER_RATE, HZ / SESSION_STRANGER_RATE + 1, HZ,
+    };
+
+    for (size_t pace = 0; pace < sizeof(paces) / sizeof(paces[0]); pace++) {
+        uint64_t begin;
+        uint32_t answered = 0, most;
+
+        start_udp();
+        begin = uptime;
+        for (unsigned n = 0; n < 3000; n++) {
+            uint32_t sent = counters.value[COUNTER_MESSAGES_SENT];
+            bool     yes  = strange_request(n);
+
+            answered += yes;
+            REQUIRE(counters.value[COUNTER_MESSAGES_SENT] == sent + yes);
+            peer = alice;
+            REQUIRE(ask(TYPE_STATUS, 1, 0, NULL, 0) == 0x86);
+            hello(1);
+            uptime += paces[pace] - 2000;
+            most = SESSION_STRANGER_BURST + (uint32_t)((uptime - begin) * SESSION_STRANGER_RATE / HZ) + 1;
+            REQUIRE(answered <= most);
+        }
+        REQUIRE(answered + 2 >= most || answered == 3000);
+        REQUIRE(counters.value[COUNTER_SESSIONS] == 1);
+    }
+}
+
+/* A host that begins a session is answered, however many strangers there are. */
+static void test_strangers_keep_no_host_out(void)
+{
+    start_udp();
+    for (unsigned n = 0; n < 100; n++) {
+        strange_request(n);
+    }
+    peer = bob;
+    uptime += SILENCE;
+    for (unsigned n = 0; n < 100; n++) {
+        peer = carol;
+        request(TYPE_STATUS, 1, 0, NULL, 0);
+    }
+    peer = bob;
+    hello(8);
+    REQUIRE(counters.value[COUNTER_SESSIONS] == 2);
+    REQUIRE(ask(TYPE_BYE, 0, 0, NULL, 0) == 0x8a && ask(TYPE_BYE, 0, 0, NULL, 0) == 0x8a);
+    /* The serial line answers everything. */
+    peer = line;
+    for (unsigned n = 0; n < 100; n++) {
+        ask(TYPE_STATUS, 1, 0, NULL, 0);
+        require_error(ERROR_SESSION, 0);
+    }
+}
+
 static void test_bye(void)
 {
     uint32_t mine;
@@ -594,6 +733,10 @@ int main(void)
     test_long_silence();
     test_goes_on();
     test_same_nonce();
+    test_late_hello();
+    test_late_hello_of_the_same_peer();
+    test_strangers();
+    test_strangers_keep_no_host_out();
     test_bye();
     test_chunks_are_life();
     test_poll();

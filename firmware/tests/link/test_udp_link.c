@@ -154,7 +154,7 @@ static void start(void)
     memset(mailbox, CANARY, sizeof(mailbox));
     REQUIRE(frame_link_init(&driver, mailbox) == STATUS_OK);
     REQUIRE(udp_link_init(&udp, &driver, &session, &counters) == STATUS_OK);
-    REQUIRE(session.transfer == &udp.transfer && udp.transfer.max_pixels == 512 * 1024);
+    REQUIRE(session.transfer == &udp.transfer && udp.transfer.max_pixels == fake_frame_link.max_chunks * 512u);
     greet(&alice, 1);
 }
 
@@ -225,6 +225,25 @@ static void require_run(const frame_t *frame, uint32_t of, uint32_t offset, uint
         REQUIRE(part->length == (end - offset < PROTOCOL_CHUNK_SIZE ? end - offset : PROTOCOL_CHUNK_SIZE));
         REQUIRE(memcmp(part->payload, frame_map(frame) + offset, part->length) == 0);
     }
+}
+
+/* Takes the datagram with this sequence out of those that were sent; they must be of this frame. Replies may overtake the
+ * parts of READs, which keep their order. */
+static const message_t *take_part(uint32_t of, uint32_t frame_id)
+{
+    for (unsigned i = sent_first; i < sent_last; i++) {
+        if (sent[i].message.sequence == of) {
+            static message_t taken;
+
+            taken = sent[i].message;
+            REQUIRE(taken.frame_id == frame_id);
+            sent_last--;
+            memmove(&sent[i], &sent[i + 1], (sent_last - i) * sizeof(sent[0]));
+            return &taken;
+        }
+    }
+    REQUIRE(!"a datagram of this sequence");
+    return NULL;
 }
 
 static void steps(unsigned count)
@@ -486,6 +505,59 @@ static void test_release_in_a_run(void)
     require_quiet();
 }
 
+/* Any frame may be released while any frame's READ is being sent: the READs of the other frames are served in order and
+ * whole, also the one that is being sent. */
+static void test_release_beside_a_run(void)
+{
+    uint32_t seed = 1;
+
+    for (unsigned round = 0; round < 600; round++) {
+        unsigned count    = 1 + round % PROTOCOL_QUEUED_READS;
+        uint32_t released = 7 + round / PROTOCOL_QUEUED_READS % 2;
+        uint32_t sent_before, of[PROTOCOL_QUEUED_READS], frame_of[PROTOCOL_QUEUED_READS];
+        frame_t *frame[2];
+
+        start();
+        frame[0] = make_done(7);
+        frame[1] = make_done(8);
+        require_quiet();
+        seed        = seed * 1664525u + 1013904223u;
+        sent_before = (seed >> 28) % 6;
+        room        = sent_before;
+        for (unsigned i = 0; i < count; i++) {
+            frame_of[i] = 7 + (seed >> (8 + i) & 1);
+            post_read(frame_of[i], 0, 5000);
+            of[i] = sequence;
+        }
+        steps(3);
+        post(TYPE_RELEASE, released, 0, NULL, 0);
+        step();
+        REQUIRE(frame[released - 7]->state == FRAME_EMPTY && frame[8 - released]->state == FRAME_DONE);
+        room = UINT32_MAX;
+        steps(20);
+        /* Of the first READ some parts were sent before the release, of one more frame that is its whole answer. */
+        for (unsigned i = 0, parts = 0; i < count; i++) {
+            uint32_t have = sent_before > parts ? sent_before - parts : 0;
+
+            parts += 5;
+            if (frame_of[i] == released) {
+                uint32_t length = have * PROTOCOL_CHUNK_SIZE < 5000 ? have * PROTOCOL_CHUNK_SIZE : 5000;
+
+                for (uint32_t offset = 0; offset < length; offset += PROTOCOL_CHUNK_SIZE) {
+                    REQUIRE(take_part(of[i], released)->offset == offset);
+                }
+            } else {
+                for (uint32_t offset = 0; offset < 5000; offset += PROTOCOL_CHUNK_SIZE) {
+                    REQUIRE(take_part(of[i], frame_of[i])->offset == offset);
+                }
+            }
+        }
+        REQUIRE(take_part(sequence, released)->type == 0x88);
+        require_quiet();
+        REQUIRE(udp.queued == 0 && !udp.sending);
+    }
+}
+
 static void test_end_of_session_in_a_run(void)
 {
     for (int how = 0; how < 3; how++) {
@@ -601,6 +673,29 @@ static void test_open_waits(void)
     REQUIRE(frame_pool_find(&pool, FRAME_OWNER_LINK, 8) == NULL);
 }
 
+/* The largest frame has half the chunks of gateware's table per image; a pixel more is refused before gateware is asked. */
+static void test_largest_frame(void)
+{
+    /* Width and height with max_chunks / 2 x 1024 pixels, and with one more. */
+    static const uint16_t most[][2] = {{128, 128}, {256, 64}, {1024, 16}}, more[][2] = {{145, 113}, {565, 29}, {3277, 5}};
+
+    fake_frame_link.max_chunks = 32;
+    for (unsigned i = 0; i < 3; i++) {
+        uint8_t payload[4];
+
+        start();
+        REQUIRE(udp.transfer.max_pixels == 16384 && pool.max_pixels > 16385);
+        REQUIRE(most[i][0] * most[i][1] == 16384 && more[i][0] * more[i][1] == 16385);
+        REQUIRE(frame_chunks(open_by_udp(1, most[i][0], most[i][1])) == 32);
+        put_u16(payload, more[i][0]);
+        put_u16(payload + 2, more[i][1]);
+        REQUIRE(converse(TYPE_OPEN, 2, payload, 4)->type == TYPE_ERROR);
+        REQUIRE(get_u16(sent[0].message.payload) == ERROR_SIZE && get_u32(sent[0].message.payload + 4) == SIZE_TOO_LARGE);
+        REQUIRE(frame_pool_find(&pool, FRAME_OWNER_LINK, 2) == NULL);
+    }
+    fake_frame_link.max_chunks = 1024;
+}
+
 static void test_too_few_slots(void)
 {
     start();
@@ -620,10 +715,12 @@ int main(void)
     test_others();
     test_reads();
     test_release_in_a_run();
+    test_release_beside_a_run();
     test_end_of_session_in_a_run();
     test_stuck_run();
     test_release_waits_for_a_chunk();
     test_open_waits();
+    test_largest_frame();
     test_too_few_slots();
     return 0;
 }

@@ -142,8 +142,8 @@ def fresh(host):
 
 
 def test_arp(host):
-    question = arp(1, HOST, DEVICE._replace(mac=UNKNOWN.mac), BROADCAST)
-    assert host.exchange([question], 1) == [arp(2, DEVICE, HOST, HOST.mac)]
+    asked = arp(1, HOST, DEVICE._replace(mac=UNKNOWN.mac), BROADCAST)
+    assert host.exchange([asked], 1) == [arp(2, DEVICE, HOST, HOST.mac)]
     assert host.exchange([arp(1, HOST, Station(UNKNOWN.mac, "192.168.1.51"), BROADCAST)], 1) == []
 
 
@@ -163,6 +163,71 @@ def test_ping(host, length):
                                                                                protocol=1))], 1)
     packet = answer[14:14 + 20 + 8 + length]
     assert packet[20:] == echo(0)
+
+
+def echo(kind: int, number: int) -> bytes:
+    packet = struct.pack(">BBHHH", kind, 0, 0, number, 2) + bytes(range(56))
+    return packet[:2] + struct.pack(">H", checksum(packet)) + packet[4:]
+
+
+def ping(sender: Station, number: int) -> bytes:
+    return ethernet(DEVICE.mac, sender.mac, 0x0800, ip_packet(sender.address, DEVICE.address, echo(8, number),
+                                                              protocol=1))
+
+
+def question(station: Station) -> bytes:
+    """What the device asks before it knows a station."""
+    return arp(1, DEVICE, Station(BROADCAST, station.address), BROADCAST)
+
+
+def answer(sender: Station, number: int) -> bytes:
+    """The frame that a ping is answered by."""
+    packet = ip_packet(DEVICE.address, sender.address, echo(0, number), protocol=1, fragment=0)
+    # As LiteEth sends it: another time to live.
+    packet = packet[:8] + b"\x80" + packet[9:10] + bytes(2) + packet[12:]
+    packet = packet[:10] + struct.pack(">H", checksum(packet[:20])) + packet[12:]
+    return ethernet(sender.mac, DEVICE.mac, 0x0800, packet)
+
+
+#: Stations that answer nothing.
+SILENT = [Station(f"02:00:00:00:01:{n:02x}", f"192.168.1.{n}") for n in range(200, 208)]
+
+#: Clocks after which the device no longer waits for an answer to ARP. It does not wait again for 31 times as long,
+#: longer than any of these tests.
+WAIT = 10000
+
+
+def test_answers_to_silent_stations_delay_and_damage_no_others(host):
+    """The first one is waited for, briefly; the others are dropped at once. What follows has its own checksum."""
+    assert meet(host, [ping(HOST, 0)], 1) == [answer(HOST, 0)]
+    assert host.exchange([ping(SILENT[0], 1)], 1) == [question(SILENT[0])]
+    assert host.exchange([ping(HOST, 2)], 1, settle=2*WAIT) == [answer(HOST, 2)]
+    for number, station in enumerate(SILENT[1:], 3):
+        assert host.exchange([ping(station, number)], 1) == [question(station)]
+        assert host.exchange([ping(HOST, number)], 1) == [answer(HOST, number)]
+
+
+def test_a_new_station_during_the_rest(host):
+    """Its first ping is dropped, but its answer to ARP is stored, so the second one is answered."""
+    assert host.exchange([ping(SILENT[0], 1)], 1) == [question(SILENT[0])]
+    host.exchange([], 0, settle=2*WAIT)
+    assert host.exchange([ping(HOST, 2)], 1) == [question(HOST)]
+    assert host.exchange([arp(2, HOST, DEVICE, DEVICE.mac)], 0) == []
+    assert host.exchange([ping(HOST, 3), ping(HOST, 4)], 2) == [answer(HOST, 3), answer(HOST, 4)]
+
+
+def test_an_answer_that_was_not_asked_for_is_not_stored(host):
+    stranger = Station("02:00:00:00:00:65", HOST.address)
+    assert host.exchange([arp(2, stranger, DEVICE, DEVICE.mac)], 0) == []
+    assert meet(host, [ping(HOST, 1)], 1) == [answer(HOST, 1)]
+    assert host.exchange([arp(2, stranger, DEVICE, DEVICE.mac)], 0) == []
+    assert host.exchange([ping(HOST, 2)], 1) == [answer(HOST, 2)]
+
+
+def test_questions_during_a_wait_are_answered(host):
+    assert host.exchange([ping(SILENT[0], 1)], 1) == [question(SILENT[0])]
+    mine = arp(1, HOST, DEVICE._replace(mac=UNKNOWN.mac), BROADCAST)
+    assert host.exchange([mine, mine], 2) == [arp(2, DEVICE, HOST, HOST.mac)]*2
 
 
 def test_chunks_at_the_speed_of_the_wire_and_the_map_back(host):

@@ -7,14 +7,17 @@
 what is refused."""
 
 import contextlib
+import itertools
 import json
 import random
+import types
 
 import numpy as np
 import pytest
 
-from litestereo.host_tools.core.errors import DeviceError, DeviceRefused, FirmwareError, UnsupportedError
+from litestereo.host_tools.core.errors import DeviceError, DeviceRefused, FirmwareError, LinkTimeout, UnsupportedError
 from litestereo.host_tools.core.settings import MatcherSettings
+from litestereo.host_tools.devices import updating
 from litestereo.host_tools.devices.connect import connect
 from litestereo.host_tools.devices.firmware_image import read_firmware
 from litestereo.host_tools.link.settings import LinkSettings
@@ -161,6 +164,51 @@ def test_an_update_that_another_session_began():
             assert np.array_equal(result.disparity, expected_map(left, right, settings))
             assert UpdateProgress.unpack(link.call(MessageType.PROGRESS).payload).state == UpdateState.WRITING
             assert device.update_firmware(image(200000)).firmware_version == "1.2"
+
+
+class StuckLink:
+    """A link to a device whose update goes as scripted, on a clock that only `idle` moves."""
+    def __init__(self, replies):
+        self.replies = replies
+        self.now     = 1000.0
+
+    def call(self, _kind, _payload=b""):
+        return types.SimpleNamespace(payload=next(self.replies).pack())
+
+    def idle(self, seconds):
+        self.now += seconds
+
+
+def progress_of(state, done):
+    return UpdateProgress(state, 0, done, 1000, 1 << 20)
+
+
+def written(monkeypatch, steps):
+    """Seconds that `write_firmware` waits for a device that is already writing; steps are (polls, state, done)."""
+    first   = progress_of(UpdateState.WRITING, 0)
+    replies = itertools.chain([first, first], (progress_of(state, done) for polls, state, done in steps
+                                               for _ in range(polls)))
+    link    = StuckLink(replies)
+    monkeypatch.setattr(updating, "time", types.SimpleNamespace(monotonic=lambda: link.now))
+    updating.write_firmware(link, read_firmware(image(1000)), None)
+    return link.now - 1000
+
+
+@pytest.mark.parametrize("state", [UpdateState.CHECKING, UpdateState.WRITING])
+@pytest.mark.parametrize("done", [0, 999, 1000])
+def test_no_progress(monkeypatch, state, done):
+    """A stuck device is reported after ten minutes, by one line: in any state, before and after the last byte."""
+    with pytest.raises(LinkTimeout, match="^the device has made no progress with the firmware for 600 s: restart it, "
+                                          "and try again$"):
+        written(monkeypatch, [(1 << 20, state, done)])
+
+
+def test_slow_progress(monkeypatch):
+    """Less than ten minutes from each step to the next: of the bytes, or of the state alone."""
+    polls = round(0.99*updating._STUCK_LIMIT_S/updating._POLL_S)
+    steps = [(polls, UpdateState.WRITING, 0), (polls, UpdateState.CHECKING, 0), (polls, UpdateState.WRITING, 0),
+             *((polls, UpdateState.WRITING, done) for done in range(1, 6)), (1, UpdateState.DONE, 1000)]
+    assert written(monkeypatch, steps) > 8*0.98*updating._STUCK_LIMIT_S
 
 
 def test_a_protected_flash():

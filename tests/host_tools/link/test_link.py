@@ -61,6 +61,34 @@ def test_hello_gives_the_session_that_later_requests_carry():
     assert transport.requests[1].sequence == transport.requests[0].sequence + 1
 
 
+@pytest.mark.parametrize("ordered", [False, True])
+def test_settle_time_after_hello(monkeypatch, ordered):
+    """On a channel without order nothing is sent for 30 ms after a hello, so that a late copy of it comes first; a
+    channel with order loses no time."""
+    sent = []
+
+    class Channel(SerialChannel):
+        pass
+
+    class Noted(ScriptedTransport):
+        def write(self, data):
+            sent.append(time.monotonic())
+            super().write(data)
+
+    monkeypatch.setattr(Channel, "ordered", ordered)
+    # The hello is repeated as long as this device loses it: only the last one counts.
+    lost = iter([True, True, False])
+    link = Link(Channel(Noted(lambda request: b"" if request.type == MessageType.HELLO and next(lost)
+                              else answer(request))), QUICK)
+    link.hello()
+    greeted = time.monotonic()
+    link.call(MessageType.START, frame_id=1)
+    *_, last_hello, start = sent
+    assert len(sent) == 4
+    assert (start - last_hello >= 0.03) == (not ordered)
+    assert start >= greeted
+
+
 def test_replies_arrive_with_their_requests():
     link, _ = connected(answer)
     calls   = [link.submit(MessageType.UPLOAD, index.to_bytes(4, "little")) for index in range(50)]

@@ -108,6 +108,22 @@ def test_pace(hosts, gap):
         assert after.clock - before.clock == len(before.data) + (gap or 24)
 
 
+@pytest.mark.parametrize("clocks", [200, 1000, 1001])
+def test_stranger(hosts, clocks):
+    """It sends its datagram at its pace, also while the host sends, and answers no ARP."""
+    stranger = Station("02:00:00:00:00:c8", "192.168.1.200", 40000)
+    payload  = bytes(range(30))
+    expected = datagram(stranger, DEVICE, payload)
+    with EthernetBench({"stranger_clocks": clocks, "stranger_payload": payload.hex()}) as bench:
+        assert {frame.data for frame in bench.run(20*clocks)} == {expected}
+        host   = hosts(bench.ports[0])
+        mine   = [host.send(bytes(size)) for size in (0, 20, 40)]
+        bench.send([arp(1, DEVICE, Station(BROADCAST, stranger.address), BROADCAST)])
+        frames = bench.run(30*clocks)
+    assert [frame.data for frame in frames if frame.data != expected] == mine
+    assert abs(sum(frame.data == expected for frame in frames) - 30) <= 1
+
+
 def test_idle_host_is_heard(bench, host):
     """After any silence, a datagram becomes a frame within 64 clocks."""
     clock = 0
@@ -398,6 +414,11 @@ def test_two_sessions(hosts):
      "device_mac is six bytes in hexadecimal with colons, not 10:e2:d5:00:00:02:03"),
     ('{"capture": "/nowhere/file"}', "cannot write the capture /nowhere/file: No such file or directory"),
     ("[1]", "arguments are a JSON object, not [1]"),
+    ('{"stranger_clocks": -1}', "stranger_clocks is 0 to 1000000000, not -1"),
+    ('{"stranger_payload": "123"}', "stranger_payload is at most 1472 bytes in hexadecimal, not 123"),
+    ('{"stranger_payload": "0x"}', "stranger_payload is at most 1472 bytes in hexadecimal, not 0x"),
+    ('{"stranger_payload": "' + "00"*1473 + '"}',
+     "stranger_payload is at most 1472 bytes in hexadecimal, not " + "00"*1473),
 ])
 def test_wrong_argument(arguments, complaint):
     done = subprocess.run([build(), "sys_clk", arguments], capture_output=True, text=True, check=False)

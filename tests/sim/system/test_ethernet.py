@@ -14,8 +14,10 @@ import signal
 import socket
 import subprocess
 import sys
+import tempfile
 import threading
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -26,7 +28,8 @@ from litestereo.host_tools.devices.connect import connect
 from litestereo.host_tools.link.settings import LinkSettings
 from litestereo.host_tools.protocol.messages import CHUNK_BYTES, Message, MessageType
 from litestereo.sim.system.build import SimulationError
-from litestereo.sim.system.simulation import SYS_CLK_HZ, start_simulation
+from litestereo.sim.system.capture import read_capture
+from litestereo.sim.system.simulation import SYS_CLK_HZ, Stranger, start_simulation
 from support.assert_stream import check_small_frame, check_stream
 from support.expected import expected_map
 from support.pairs import byte_generator, generator, textured_pair
@@ -319,6 +322,36 @@ def test_old_token(device, url):
         assert grown(before, counters(device.port))["uploads_foreign"] == 2
         new.close()
         check_small_frame(url)
+
+
+# Strangers.
+
+def clocks_per_frame(stranger, mode):
+    """Clocks of the wire from one frame's upload to the next one's, in a session beside a stranger, or none."""
+    pair     = textured_pair(160, 100, generator(74), 5)
+    expected = expected_map(*pair, SETTINGS)
+    with tempfile.TemporaryDirectory() as folder:
+        capture = Path(folder) / "wire.pcap"
+        with start_simulation(capture=capture, stranger=stranger) as device:
+            with connect(f"udp://127.0.0.1:{device.udp_port}?mode={mode}") as host:
+                maps = [result.disparity for result in host.stream([pair]*16, SETTINGS)]
+            assert len(maps) == 16 and all(np.array_equal(disparity, expected) for disparity in maps)
+            refused = counters(device.port)["requests_refused"]
+        last = {entry.message.frame_id: entry.clock for entry in read_capture(capture)
+                if entry.to_device and entry.message.type in (MessageType.UPLOAD, MessageType.PAIRS)}
+    begin, *between, end = sorted(last.values())[1:-1]
+    return (end - begin)/(len(between) + 1), refused
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("mode", ["stored", "streamed"])
+def test_a_stranger_that_answers_no_arp(mode):
+    """A session keeps 90 % of its pace while the device answers a station that does not exist, 16 times per second."""
+    alone, _        = clocks_per_frame(None, mode)
+    request         = Message(MessageType.STATUS).encode()
+    beside, refused = clocks_per_frame(Stranger(request, SYS_CLK_HZ//16), mode)
+    assert refused > 10
+    assert beside < alone/0.9
 
 
 # Devices that restart, and ports.

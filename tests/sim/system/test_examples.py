@@ -25,12 +25,13 @@ from support.pattern import pattern
 pytestmark = pytest.mark.system
 
 
-def test_hello_disparity():
+@pytest.mark.parametrize("name", ["hello_disparity", pytest.param("hello_cplusplus", marks=pytest.mark.long)])
+def test_hello_disparity(name):
     """The wall is 12 pixels away, in sixteenths, and `make example` runs the same command."""
-    command = [sys.executable, "-m", "litestereo.sim.system.example", "hello_disparity"]
+    command = [sys.executable, "-m", "litestereo.sim.system.example", name]
     done    = subprocess.run(command, capture_output=True, text=True, check=True, timeout=600)
     (line,) = done.stdout.splitlines()
-    found   = re.fullmatch(r"hello_disparity: 128x64 pixels in (\d+) clocks, disparity (-?\d+)/16 pixels", line)
+    found   = re.fullmatch(rf"{name}: 128x64 pixels in (\d+) clocks, disparity (-?\d+)/16 pixels", line)
     assert abs(int(found[2]) - 12*16) < 16
     assert int(found[1]) < 1.2*128*64
 
@@ -103,8 +104,8 @@ def test_recovery():
 
 def test_unknown_example():
     """An unknown example is refused before anything is built."""
-    assert examples() == ["hello_disparity", "obstacle", "recovery", "throughput"]
-    with pytest.raises(SimulationError, match="^unknown example 'core': choose one of hello_disparity, "):
+    assert examples() == ["hello_cplusplus", "hello_disparity", "obstacle", "recovery", "throughput"]
+    with pytest.raises(SimulationError, match="^unknown example 'core': choose one of hello_cplusplus, "):
         next(run_example("core"))
     command = [sys.executable, "-m", "litestereo.sim.system.example", "core"]
     done    = subprocess.run(command, capture_output=True, text=True, check=False)

@@ -220,6 +220,28 @@ def program(folder, text):
     path.chmod(0o755)
 
 
+@pytest.mark.parametrize("size", [0, 1, 4095, 4096, 4097, 5120, 100000])
+def test_images_inside_the_bitstream_are_refused(tmp_path, monkeypatch, size):
+    """By one line, and before anything is written; the images begin at 4096."""
+    monkeypatch.setattr(loader, "build_directory", lambda: tmp_path)
+    monkeypatch.setenv("PATH", str(tmp_path))
+    calls  = tmp_path / "calls"
+    folder = tmp_path / "colorlight_i5"
+    folder.mkdir()
+    (folder / "report.json").write_text(json.dumps(built("colorlight_i5")))
+    (folder / "colorlight_i5.bit").write_bytes(bytes(size))
+    program(tmp_path, f'echo "$@" >>{calls}')
+    if size <= 4096:
+        loader.flash("colorlight_i5")
+        assert len(calls.read_text().splitlines()) == 3
+    else:
+        complaint = (f"colorlight_i5.bit has {size} bytes, but the firmware's images begin at 4096: set a larger "
+                     "flash_offset for the board")
+        with pytest.raises(ToolError, match=f"^{re.escape(complaint)}$"):
+            loader.flash("colorlight_i5")
+        assert not calls.exists()
+
+
 def test_flash(tmp_path, monkeypatch):
     """The bitstream goes to the start of the flash, each image to its place, on the named board."""
     monkeypatch.setattr(loader, "build_directory", lambda: tmp_path)

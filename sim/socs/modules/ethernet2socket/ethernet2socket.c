@@ -86,6 +86,7 @@ struct session {
     size_t sent;            /* bytes of to_soc */
     unsigned remaining_gap; /* clocks */
     unsigned idle;          /* clocks since a frame could begin */
+    uint64_t stranger_sent; /* datagrams of the stranger */
     struct frame answer;    /* to ARP, waits for the gap after the frame to the SoC; length 0: none */
     uint64_t outcomes[OUTCOMES];
 };
@@ -236,6 +237,22 @@ static size_t receive(struct session *session, uint8_t *frame)
     return put_datagram(frame, &sender, &session->settings.device, (size_t)length);
 }
 
+static bool stranger_is_due(const struct session *session)
+{
+    unsigned clocks = session->settings.stranger_clocks;
+
+    return clocks && session->clocks / clocks > session->stranger_sent;
+}
+
+static size_t put_stranger(struct session *session, uint8_t *frame)
+{
+    struct settings *settings = &session->settings;
+
+    session->stranger_sent++;
+    memcpy(frame + PAYLOAD_START, settings->stranger_payload, settings->stranger_length);
+    return put_datagram(frame, &settings->stranger, &settings->device, settings->stranger_length);
+}
+
 /* The next frame to the SoC, if there is one; its length is 0 if not. */
 static void begin_frame(struct session *session)
 {
@@ -244,6 +261,8 @@ static void begin_frame(struct session *session)
     if (session->answer.length) {
         session->to_soc = session->answer;
         session->answer.length = 0;
+    } else if (stranger_is_due(session)) {
+        session->to_soc.length = put_stranger(session, session->to_soc.bytes);
     } else if (session->idle++ % POLL_CLOCKS == 0) {
         session->to_soc.length = receive(session, session->to_soc.bytes);
     }

@@ -25,6 +25,11 @@ struct settings {
     unsigned gap; /* clocks between two frames */
     struct station device;
     char *capture; /* path; NULL: none */
+    /* A station that sends the same datagram again and again, and answers nothing, not even ARP. */
+    struct station stranger;
+    unsigned stranger_clocks; /* from one of its datagrams to the next; 0: no such station */
+    uint8_t *stranger_payload;
+    size_t stranger_length;
 };
 
 static void fail(const char *format, ...) __attribute__((format(printf, 1, 2), noreturn));
@@ -87,6 +92,23 @@ static inline void mac_argument(json_object *arguments, const char *name, const 
     }
 }
 
+/* Bytes of a datagram, and their number in `length`. */
+static inline uint8_t *payload_argument(json_object *arguments, const char *name, size_t *length)
+{
+    const char *text = text_argument(arguments, name, "");
+    uint8_t *bytes = calloc(1, PAYLOAD_MOST);
+
+    if (!bytes || !text || strlen(text) % 2 || strspn(text, "0123456789abcdef") != strlen(text)
+        || strlen(text) > 2 * PAYLOAD_MOST) {
+        fail("%s is at most %d bytes in hexadecimal, not %s", name, PAYLOAD_MOST, text ? text : "null");
+    }
+    *length = strlen(text) / 2;
+    for (size_t i = 0; i < *length; i++) {
+        sscanf(text + 2 * i, "%2hhx", bytes + i);
+    }
+    return bytes;
+}
+
 static inline struct settings read_settings(const char *args)
 {
     json_object *arguments = args ? json_tokener_parse(args) : NULL;
@@ -105,6 +127,11 @@ static inline struct settings read_settings(const char *args)
     settings.clock   = strdup(clock ? clock : "sys_clk");
     capture          = text_argument(arguments, "capture", NULL);
     settings.capture = capture ? strdup(capture) : NULL;
+    settings.stranger_clocks = (unsigned)number_argument(arguments, "stranger_clocks", 0, 0, 1000000000);
+    settings.stranger_payload = payload_argument(arguments, "stranger_payload", &settings.stranger_length);
+    settings.stranger.port    = (uint16_t)number_argument(arguments, "stranger_port", 40000, 1, 65535);
+    settings.stranger.address = address_argument(arguments, "stranger_address", "192.168.1.200");
+    mac_argument(arguments, "stranger_mac", "02:00:00:00:00:c8", settings.stranger.mac);
     json_object_put(arguments);
     return settings;
 }
