@@ -25,7 +25,7 @@ from ..cameras.camera_info import pair_geometry, write_camera_info
 from ..cameras.find import BadPair, BoardPair, find_board
 from ..cameras.rectify import FILES, geometry_text
 from ..core.errors import GeometryError, ImageError
-from ..core.images import read_grey
+from ..core.images import read_grey, summed_notices
 from ..data.sources.files import PairFiles, pair_files
 from .arguments import Parser, add_json, fraction, positive
 
@@ -86,9 +86,12 @@ def run(options: argparse.Namespace) -> int:
     images   = {}
     terminal = rich.console.Console(stderr=True)
     found    = list[BoardPair | BadPair]()
+    notices  = list[str]()
     with rich.progress.Progress(console=terminal, transient=True, disable=not terminal.is_terminal) as bars:
         for one in bars.track(files, description="find the board"):
-            left, right      = read_grey(one.left)[0], read_grey(one.right)[0]
+            (left, left_notices), (right, right_notices) = read_grey(one.left), read_grey(one.right)
+            # Photos of a board are in colour; that says nothing about the cameras.
+            notices         += [notice for notice in left_notices + right_notices if "converted" not in notice]
             images[one.name] = left.shape
             found.append(find_board(one.name, left, right, board))
         good, bad     = _sorted(found, images)
@@ -99,6 +102,8 @@ def run(options: argparse.Namespace) -> int:
         bars.add_task(f"calibrate with {len(good)} pairs", total=None)
         result = calibrate(good, width, height, options.model, options.alpha, options.keep_all)
 
+    for notice in summed_notices(notices):
+        print(f"litestereo: note: {notice}", file=sys.stderr)
     result  = dataclasses.replace(result, bad=(*bad, *result.bad))
     written = [options.output/name for name in FILES]
     for path, camera in zip(written, (result.left, result.right), strict=True):

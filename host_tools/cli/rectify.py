@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import sys
 from pathlib import Path
 
 import rich.console
@@ -17,7 +18,7 @@ import rich.progress
 from ..cameras.camera_info import ideal_cameras, write_camera_info
 from ..cameras.rectify import FILES, geometry_text, read_calibration
 from ..core.errors import ImageError
-from ..core.images import read_image, write_png
+from ..core.images import read_picture, summed_notices, write_png
 from ..data.sources.files import PairFiles, pair_files
 from .arguments import Parser, add_calibration, add_json
 
@@ -56,14 +57,19 @@ def run(options: argparse.Namespace) -> int:
     written = [options.output/name for name in FILES]
     for path, camera in zip(written, ideal_cameras(rectifier.geometry), strict=True):
         write_camera_info(path, camera)
+    notices  = list[str]()
     terminal = rich.console.Console(stderr=True)
     with rich.progress.Progress(console=terminal, transient=True, disable=not terminal.is_terminal) as bars:
         for one in bars.track(files, description="rectify"):
-            pair = rectifier.rectify(read_image(one.left), read_image(one.right))
+            (left, left_notices), (right, right_notices) = read_picture(one.left), read_picture(one.right)
+            notices += left_notices + right_notices
+            pair     = rectifier.rectify(left, right)
             for side, image in zip(("left", "right"), pair, strict=True):
                 path = options.output/side/f"{one.name}.png" if folders else options.output/f"{side}.png"
                 write_png(path, image)
                 written.append(path)
+    for notice in summed_notices(notices):
+        print(f"litestereo: note: {notice}", file=sys.stderr)
     if options.json:
         print(json.dumps({"files": [str(path) for path in written]}, indent=2))
     else:
