@@ -10,6 +10,7 @@ from __future__ import annotations
 import contextlib
 import io
 import os
+import struct
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
@@ -36,6 +37,9 @@ _GREY_8 = b"\x08\x00"
 
 #: One of these is in a file that has an orientation: in JPEG, PNG and AVIF, in WebP, and at the beginning of a TIFF.
 _ORIENTED = (b"Exif", b"eXIf", b"EXIF", b"II*\0", b"MM\0*")
+
+#: Number of the orientation in a TIFF.
+_ORIENTATION = 0x112
 
 #: Beginning of a JPEG, of its data, and its end.
 _JPEG, _JPEG_SCAN, _JPEG_END = b"\xff\xd8\xff", b"\xff\xda", b"\xff\xd9"
@@ -130,9 +134,27 @@ def _picture(path: Path, flags: int) -> tuple[NDArray[Any], NDArray[Any] | None,
         if as_stored is not None and not np.array_equal(as_stored, picture):
             notices.append(f"{path}: rotated or mirrored as its EXIF orientation says, now "
                            f"{picture.shape[1]}x{picture.shape[0]} pixels")
+    if (orientation := _tiff_orientation(data)) > 1:
+        # OpenCV always follows it.
+        notices.append(f"{path}: rotated or mirrored as its orientation {orientation} says, now "
+                       f"{picture.shape[1]}x{picture.shape[0]} pixels")
     if data.startswith(_JPEG) and _JPEG_END not in data[data.rfind(_JPEG_SCAN):]:
         notices.append(f"{path}: the file ends too early, the last rows of the image are missing")
     return picture, stored, notices
+
+
+def _tiff_orientation(data: bytes) -> int:
+    """Return the orientation in the first directory of a TIFF, 1 to 8; 1 if there is none, or it is no TIFF."""
+    order = {b"II*\0": "<", b"MM\0*": ">"}.get(data[:4])
+    if order is None or len(data) < 8:
+        return 1
+    (at,) = struct.unpack_from(f"{order}I", data, 4)
+    count = struct.unpack_from(f"{order}H", data, at)[0] if at + 2 <= len(data) else 0
+    for entry in range(at + 2, min(at + 2 + 12*count, len(data) - 11), 12):
+        tag, _, _, value = struct.unpack_from(f"{order}HHIH", data, entry)
+        if tag == _ORIENTATION and 1 <= value <= 8:
+            return int(value)
+    return 1
 
 
 def read_grey(path: Path) -> tuple[NDArray[np.uint8], list[str]]:

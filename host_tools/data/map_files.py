@@ -130,7 +130,9 @@ def read_truth(path: Path, scale: float | None = None, option: str = "--ground-t
                          f"{option}, the divisor from its values to pixels")
     none    = _Marks(read.raw)
     none.take(~np.isfinite(read.raw))
-    none.take(read.raw <= 0)
+    with np.errstate(invalid="ignore", over="ignore"):
+        # Also what is 0 only after the division.
+        none.take((read.raw <= 0) | (read.raw.astype(np.float32)/np.float32(divisor) <= 0))
     if read.is_sixteenths and scale is None and (mark := _framed(read.raw)) is not None:
         none.take(read.raw == mark)
     negative = none.values()[none.values() < 0]
@@ -272,7 +274,8 @@ class _Marks:
 def _find_marks(path: Path, raw: NDArray[Any], divisor: float, min_disparity: int, none: _Marks, option: str) -> None:
     """Find the values of a signed map that mean none; raise ImageError if that is not certain."""
     # Float arithmetic of this kind is exact: divisors and the smallest disparity are small.
-    pixels  = np.where(none.where, np.nan, raw.astype(np.float64)/divisor)
+    with np.errstate(invalid="ignore"): # A signalling nan.
+        pixels = np.where(none.where, np.nan, raw.astype(np.float64)/divisor)
     known   = ~none.where
     if not known.any():
         return
@@ -329,9 +332,11 @@ def _finish(path: Path, read: _Read, divisor: float, none: _Marks, usual: bool, 
     """Divide, and write the note."""
     with np.errstate(over="ignore", invalid="ignore"):
         values = read.raw.astype(np.float32)
-    # Values that float32 does not hold.
-    none.where |= ~np.isfinite(values)
+        pixels = values/np.float32(divisor)
+    # Values that float32 does not hold, before or after the division.
+    none.where |= ~np.isfinite(pixels)
     values[none.where] = np.nan
+    pixels[none.where] = np.nan
     names  = [f"{value:g}" for value in none.values()]
     listed = ", ".join(names if len(names) <= _LISTED else [*names[:_LISTED - 1], "...", names[-1]])
     kind   = f"{8*read.raw.dtype.itemsize}-bit image" if read.kind == "image" and read.raw.dtype.kind == "u" else (
@@ -342,4 +347,4 @@ def _finish(path: Path, read: _Read, divisor: float, none: _Marks, usual: bool, 
     count  = int(none.where.sum())
     note   = f"{path}: read as {kind}, {unit}{rows}; {count} pixels without a disparity" + (
         f" (values {listed})" if count else "")
-    return MapFile(path, values/np.float32(divisor), values, divisor, note, usual, read.rows_from_top)
+    return MapFile(path, pixels, values, divisor, note, usual, read.rows_from_top)
