@@ -35,7 +35,7 @@ _MAX_HEADER_BYTES = 10000
 _MAX_ITEM_BYTES = 16
 
 #: Three or four words, each with one character of white space after it, and what is between width and height.
-_PFM_HEADER = re.compile(rb"(P[fF])\s+(\d{1,9})(\s+)(\d{1,9})\s+([-+]?[0-9.]+(?:[eE][-+]?\d{1,3})?)(\r\n|\s)")
+_PFM_HEADER = re.compile(rb"(P[fF])\s+(\d{1,9})(\s+)(\d{1,9})\s+([-+]?[0-9.]+(?:[eE][-+]?\d{1,3})?)(?:\r\n|\s)")
 
 
 def decode_npy(data: bytes, name: str) -> NDArray[Any]:
@@ -124,8 +124,6 @@ def decode_pfm(data: bytes, name: str) -> NDArray[np.float32]:
         raise ImageError(f"{name}: is not a grey PFM file, or is damaged")
     width, height = int(header[2]), int(header[4])
     need, begin   = 4*width*height, header.end()
-    if header[6] == b"\r\n" and len(data) - begin != need:
-        begin -= 1 # The line feed is the first byte of the data.
     if not need or len(data) - begin != need:
         raise ImageError(f"{name}: is not a grey PFM file, or is damaged: {width}x{height} pixels are {need} bytes, it "
                          f"has {len(data) - begin}")

@@ -44,7 +44,8 @@ def png(pixels: NDArray[np.uint8], bits: int, kind: int, size: tuple[int, int] |
     width  = pixels.shape[1]*8//(bits*{GREY: 1, RGB: 3, PALETTE: 1, GREY_ALPHA: 2, RGBA: 4}[kind])
     rows   = b"".join(b"\0" + row.tobytes() for row in pixels)
     header = struct.pack(">IIBBBBB", *(size or (width, height)), bits, kind, 0, 0, 0)
-    chunks = [(b"IHDR", header), *([(b"PLTE", palette)] if palette else []), (b"IDAT", zlib.compress(rows)), (b"IEND", b"")]
+    chunks = [(b"IHDR", header), *([(b"PLTE", palette)] if palette else []), (b"IDAT", zlib.compress(rows)),
+              (b"IEND", b"")]
     return b"\x89PNG\r\n\x1a\n" + b"".join(_chunk(*chunk) for chunk in chunks)
 
 
@@ -71,10 +72,10 @@ def image_files(width: int = 24, height: int = 10, salt: int = 0) -> dict[str, b
     stored = rng.integers(0, 256, (height, width*8), np.uint8)
     colours = rng.integers(0, 256, 256*3, np.uint8).tobytes()
     for bits in (1, 2, 4, 8):
-        files[f"palette_{bits}.png"] = png(stored[:, :width*bits//8], bits, PALETTE, palette=colours[:3 << bits])
-        files[f"grey_{bits}.png"]    = png(stored[:, :width*bits//8], bits, GREY)
-    files["grey_alpha_8.png"]  = png(stored[:, :width*2], 8, GREY_ALPHA)
-    files["grey_alpha_16.png"] = png(stored[:, :width*4], 16, GREY_ALPHA)
+        files[f"palette_{bits}_bits.png"] = png(stored[:, :width*bits//8], bits, PALETTE, palette=colours[:3 << bits])
+        files[f"grey_{bits}_bits.png"]    = png(stored[:, :width*bits//8], bits, GREY)
+    files["grey_alpha_8_bits.png"]  = png(stored[:, :width*2], 8, GREY_ALPHA)
+    files["grey_alpha_16_bits.png"] = png(stored[:, :width*4], 16, GREY_ALPHA)
     for orientation in range(1, 9):
         for name in ("grey.jpg", "colour.jpg", "colour.png", "grey.png", "deep.png", "alpha.png"):
             stem, ending = name.split(".")

@@ -79,14 +79,15 @@ def _saved(array: np.ndarray, save: Callable[..., None] = np.save) -> bytes:
 
 _MAP    = np.array([[-16, -16, -16, -16], [-16, 0, 24, -16], [-16, -16, -16, -16]], np.int16)
 _ARRAYS = [_MAP, _MAP.astype(np.float32)/16, _MAP.astype(np.float64), _MAP.astype(np.uint16), _MAP.astype(">i2"),
-           np.asfortranarray(_MAP), np.zeros((0, 4), np.int16), np.array(3), np.array([["a"]]), np.zeros((2, 3), "i2,f4"),
-           np.array([[None]]), np.full((2, 2), np.nan, np.float16), np.full((3, 3), 1e300)]
+           np.asfortranarray(_MAP), np.zeros((0, 4), np.int16), np.array(3), np.array([["a"]]),
+           np.zeros((2, 3), "i2,f4"), np.array([[None]]), np.full((2, 2), np.nan, np.float16), np.full((3, 3), 1e300)]
 _NPY    = [_saved(array) for array in _ARRAYS]
 _NPZ    = [_saved(array, save) for array in _ARRAYS[:2] for save in (np.savez, np.savez_compressed)]
 _PFM    = [encode_pfm(_MAP), encode_pfm(_MAP).replace(b"4 3", b"4\n3"), b"PF\n1 1\n1\n" + bytes(12)]
 _FILES  = image_files()
 _IMAGES = [*_FILES.values()]
-_FEW    = [_FILES[name] for name in ("grey.png", "grey.pgm", "grey_1.jpg", "colour.jpg", "deep_grey.png", "grey_4.png")]
+_FEW    = [_FILES[name] for name in ("grey.png", "grey.pgm", "grey_1.jpg", "colour.jpg", "deep_grey.png",
+                                     "grey_4_bits.png")]
 _MASKS  = [cv2.imencode(".png", image)[1].tobytes() for image in (_MASK, _MASK//255, _MASK//2, _PAIR)]
 
 TARGETS: dict[str, Callable[[bytes], None]] = {
