@@ -94,6 +94,8 @@ def run(options: argparse.Namespace) -> int:
             notices         += [notice for notice in left_notices + right_notices if "converted" not in notice]
             images[one.name] = left.shape
             found.append(find_board(one.name, left, right, board))
+        for notice in summed_notices(notices):
+            print(f"litestereo: note: {notice}", file=sys.stderr)
         good, bad     = _sorted(found, images)
         height, width = images[good[0].name] if good else (0, 0)
         if not good:
@@ -102,8 +104,6 @@ def run(options: argparse.Namespace) -> int:
         bars.add_task(f"calibrate with {len(good)} pairs", total=None)
         result = calibrate(good, width, height, options.model, options.alpha, options.keep_all)
 
-    for notice in summed_notices(notices):
-        print(f"litestereo: note: {notice}", file=sys.stderr)
     result  = dataclasses.replace(result, bad=(*bad, *result.bad))
     written = [options.output/name for name in FILES]
     for path, camera in zip(written, (result.left, result.right), strict=True):

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -18,9 +19,9 @@ import rich.progress
 
 from ..cameras.rectify import read_calibration
 from ..core.errors import ImageError
-from ..core.images import FORMATS, write_map
+from ..core.images import FORMATS, summed_notices, write_map
 from ..core.settings import MatcherSettings
-from ..data.sources import EXAMPLES, open_source
+from ..data.sources import EXAMPLES, Source, open_source
 from ..devices.connect import connect
 from ..export.depth import write_depth
 from ..live.matching import MatchedShot, Matching, match_source
@@ -108,8 +109,15 @@ def run(options: argparse.Namespace) -> int:
                 if options.json:
                     print(json.dumps(_frame_line(meter, matched, path)), flush=True)
         summary = {"device": device.info().name, **meter.summary()}
+    print_picture_notices(source)
     print(json.dumps({"summary": summary}) if options.json else stream_text(summary))
     return 0
+
+
+def print_picture_notices(source: Source) -> None:
+    """Print on stderr what was done to the pictures of a stream, one line for all to which the same was done."""
+    for notice in summed_notices(source.picture_notices):
+        print(f"litestereo: note: {notice}", file=sys.stderr)
 
 
 def _write(folder: Path, ending: str, matched: MatchedShot) -> Path:

@@ -28,7 +28,7 @@ from ..viewing.viewer import Viewer
 from .arguments import Parser, add_calibration, add_device, add_json, count
 from .matching import add_settings
 from .stopping import stopped_by_ctrl_c
-from .stream import SOURCES, add_source, chosen_matching, stream_text
+from .stream import SOURCES, add_source, chosen_matching, print_picture_notices, stream_text
 
 #: Default port for the data of browsers; the page is at the next port.
 _PORT = 9876
@@ -109,6 +109,7 @@ def run(options: argparse.Namespace) -> int:
         while viewer is not None and viewer.page and not stop.requested:
             time.sleep(_POLL_S)
         summary = {"device": device.info().name, **meter.summary()}
+    print_picture_notices(source)
     if options.montage is not None and last is not None:
         write_png(options.montage, montage(last))
     files = [path for path in (options.save, options.montage) if path is not None]

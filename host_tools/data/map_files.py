@@ -173,6 +173,11 @@ def read_map(path: Path, min_disparity: int = 0, scale: float | None = None, non
     finite = none.take(~np.isfinite(read.raw))
     if read.raw.dtype.kind == "u":
         none.take(read.raw == 0)
+        full = int((read.raw == np.iinfo(read.raw.dtype).max).sum())
+        if full and not none_values:
+            raise ImageError(f"{path}: has {full} pixels of {np.iinfo(read.raw.dtype).max}, the largest value, which may "
+                             f"mean none: give {none_option} {np.iinfo(read.raw.dtype).max} for none, or {none_option} "
+                             "nan for a disparity")
     if none_values:
         # As the file holds them: -0.1 of float32 is not -0.1.
         kind = read.raw.dtype if read.raw.dtype.kind == "f" else np.float64

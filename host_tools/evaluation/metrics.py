@@ -125,7 +125,7 @@ def measure_map(disparity_px: NDArray[np.float32], truth_px: NDArray[np.float32]
 def beyond_range(truth_px: NDArray[np.float32], min_disparity: int, disparities: int) -> str:
     """Return a notice if true disparities are out of reach: more than a pixel outside of the range that is searched.
 
-    Such a pixel is bad-1.0 or without a disparity, whatever the matcher does.
+    No matcher can be right there: such a pixel is bad-1.0, or has no disparity.
 
     Parameters
     ----------

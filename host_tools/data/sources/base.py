@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import abc
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from types import TracebackType
 from typing import TYPE_CHECKING
@@ -43,10 +43,12 @@ class Shot:
 class Source(abc.ABC):
     """A sequence of pairs of grey images. Use it as a context manager, or `close` it.
 
-    `length` is the number of pairs, None if it is unknown.
+    `length` is the number of pairs, None if it is unknown. `picture_notices` is what was done to the pictures read so
+    far: a line each, see `images.read_grey`.
     """
 
-    length: int | None = None
+    length:          int | None    = None
+    picture_notices: Sequence[str] = ()
 
     @abc.abstractmethod
     def __iter__(self) -> Iterator[Shot]:

@@ -86,7 +86,10 @@ class FileSource(Source):
     def __init__(self, files: list[PairFiles]) -> None:
         self._files = files
         self.length = len(files)
+        self.picture_notices: list[str] = []
 
     def __iter__(self) -> Iterator[Shot]:
         for files in self._files:
-            yield shot(files.name, (read_grey(files.left)[0], read_grey(files.right)[0]))
+            (left, left_notices), (right, right_notices) = read_grey(files.left), read_grey(files.right)
+            self.picture_notices += left_notices + right_notices
+            yield shot(files.name, (left, right))

@@ -5,7 +5,7 @@
 
 """Fuzz the host tools' readers of files: `PYTHONPATH=tests .venv/bin/python -m campaigns.fuzz.host`.
 
-A target reads the bytes of a file. Whatever they are it returns, or raises an error of the host tools with one line:
+A target reads the bytes of a file. For any bytes it returns, or raises an error of the host tools with one line:
 anything else is a fault. Inputs are valid files with some bytes replaced, removed, repeated or swapped for those of
 another file, and numbers at the limits of their types.
 """

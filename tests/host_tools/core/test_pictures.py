@@ -12,8 +12,10 @@ import cv2
 import numpy as np
 import pytest
 
+from litestereo.host_tools.cameras.camera_info import ideal_cameras, write_camera_info
 from litestereo.host_tools.core import MAX_PIXELS, images
 from litestereo.host_tools.core.errors import ImageError
+from litestereo.host_tools.core.geometry import StereoGeometry
 from litestereo.host_tools.core.images import read_colour, read_grey, read_picture, summed_notices
 from litestereo.host_tools.core.settings import MatcherSettings
 from litestereo.host_tools.evaluation.matchers import OpenCVMatcher
@@ -144,3 +146,26 @@ def test_a_file_without_an_end_is_one_line(monkeypatch, capfd):
     assert "/dev/zero: is larger than 1 MiB" in error_line(capfd)
     with pytest.raises(ImageError, match="cannot be read"):
         images.read_file(images.Path("a\0b"))
+
+
+@pytest.mark.parametrize("command", ["stream", "view", "rectify", "calibrate"])
+def test_commands_with_many_pictures_say_once_what_was_done(command, tmp_path, capfd):
+    for number, (left, right) in enumerate([textured_pair(96, 64, generator(112), 5)]*3):
+        for side, image in (("left", left), ("right", right)):
+            (tmp_path / side).mkdir(exist_ok=True)
+            data = with_orientation(cv2.imencode(".png", np.dstack([image]*3))[1].tobytes(), 3)
+            (tmp_path / side / f"{number}.png").write_bytes(data)
+    folders = (tmp_path/"left", tmp_path/"right")
+    for name, camera in zip(("left", "right"), ideal_cameras(StereoGeometry(96, 64, 90, 0.1, 48, 32, 48)), strict=True):
+        write_camera_info(tmp_path / "cameras" / f"{name}.yaml", camera)
+    more = {"stream":    ("--device", "model:", "--disparities", 16),
+            "view":      ("--device", "model:", "--disparities", 16, "--montage", tmp_path/"out.png"),
+            "rectify":   ("--calibration", tmp_path/"cameras", "-o", tmp_path/"out"),
+            "calibrate": ("--pattern", "chessboard", "4x3", "--square", 0.1, "-o", tmp_path/"out")}[command]
+    # There is no board in these pictures, which is an error.
+    assert run(command, *folders, *more) == (command == "calibrate")
+    (line,) = [line for line in capfd.readouterr().err.splitlines() if "rotated" in line]
+    assert line.startswith(f"litestereo: note: {tmp_path}/left/0.png and 5 more: ")
+    if command == "rectify":
+        image = cv2.imread(str(tmp_path / "out" / "left" / "1.png"))
+        assert np.abs(image[2:-2, 2:-2].astype(int) - cv2.imread(str(tmp_path/"left"/"1.png"))[2:-2, 2:-2]).mean() < 2

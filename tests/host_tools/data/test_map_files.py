@@ -128,6 +128,17 @@ def test_16_bit_images_are_256ths_for_all(tmp_path):
         np.testing.assert_allclose(read.pixels, pixels*np.float32(256/scale), rtol=1e-6)
 
 
+def test_full_scale_of_an_image_may_mean_none(tmp_path):
+    values       = np.nan_to_num(256*map_of(width=300)).astype(np.uint16)
+    values[6, 6] = 65534
+    assert np.nanmax(read_map(write(tmp_path / "a.png", values)).pixels) == np.float32(65534/256)
+    values[6, 6] = 65535
+    with pytest.raises(ImageError, match="has 1 pixels of 65535.* give --none-value 65535 for none, or"):
+        read_map(write(tmp_path / "a.png", values))
+    assert np.isnan(read_map(tmp_path / "a.png", none_values=[65535]).pixels[6, 6])
+    assert read_map(tmp_path / "a.png", none_values=[np.nan]).pixels[6, 6] == np.float32(65535/256)
+
+
 def test_more_values_below_are_refused_and_decided_by_an_option(tmp_path):
     pixels        = filled(map_of(16), -1)
     pixels[0, :5] = 0
