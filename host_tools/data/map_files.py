@@ -96,9 +96,14 @@ class MapFile:
                             note=self.note.replace(_FROM_TOP, "rows from the bottom, as the images have it"))
         scale = agreeing_scale(left, right, found.values, sorted({*SCALES, self.scale}))
         if scale is not None and scale != self.scale:
-            raise ImageError(f"{self.path}: was read as {self.scale:g} levels per pixel, but the images agree with "
-                             f"{scale:g}: give {option} {scale:g}, or {option} {self.scale:g} if that is right")
+            raise ImageError(f"{self.path}: was read as {_unit(self.scale)}, but the images agree with {scale:g}: "
+                             f"give {option} {scale:g}, or {option} {self.scale:g} if that is right")
         return found
+
+
+def _unit(scale: float) -> str:
+    """Return a scale in words."""
+    return "in pixels" if scale == 1 else f"{scale:g} levels per pixel"
 
 
 _FROM_TOP = "rows from the top, as Photoshop writes them"
@@ -173,11 +178,11 @@ def read_map(path: Path, min_disparity: int = 0, scale: float | None = None, non
     finite = none.take(~np.isfinite(read.raw))
     if read.raw.dtype.kind == "u":
         none.take(read.raw == 0)
-        full = int((read.raw == np.iinfo(read.raw.dtype).max).sum())
+        most = np.iinfo(read.raw.dtype).max
+        full = int((read.raw == most).sum())
         if full and not none_values:
-            raise ImageError(f"{path}: has {full} pixels of {np.iinfo(read.raw.dtype).max}, the largest value, which may "
-                             f"mean none: give {none_option} {np.iinfo(read.raw.dtype).max} for none, or {none_option} "
-                             "nan for a disparity")
+            raise ImageError(f"{path}: has {full} pixels of {most}, the largest value, which may mean none: give "
+                             f"{none_option} {most} for none, or {none_option} nan for a disparity")
     if none_values:
         # As the file holds them: -0.1 of float32 is not -0.1.
         kind = read.raw.dtype if read.raw.dtype.kind == "f" else np.float64
@@ -303,7 +308,7 @@ def _find_marks(path: Path, raw: NDArray[Any], divisor: float, min_disparity: in
         raise ImageError(f"{path}: has {len(marks)} values below the smallest disparity {min_disparity}, from "
                          f"{marks[0]*divisor:g} to {marks[-1]*divisor:g}: give the --min-disparity that it was matched "
                          f"with, or {option} for each value that means none")
-    zeros = known & (pixels == 0) if min_disparity == 0 and not sixteen else np.zeros(raw.shape, bool)
+    zeros = known & (pixels == 0) if min_disparity == 0 else np.zeros(raw.shape, bool)
     if zeros.any() and not below.any() and not none.any():
         # Nothing else means none. A map of blocks has none in its corner.
         if not zero:
@@ -346,8 +351,7 @@ def _finish(path: Path, read: _Read, divisor: float, none: _Marks, usual: bool, 
     listed = ", ".join(names if len(names) <= _LISTED else [*names[:_LISTED - 1], "...", names[-1]])
     kind   = f"{8*read.raw.dtype.itemsize}-bit image" if read.kind == "image" and read.raw.dtype.kind == "u" else (
         f"{read.raw.dtype.name} in {'an image' if read.kind == 'image' else read.kind}")
-    unit   = "in pixels" if divisor == 1 else f"{divisor:g} levels per pixel"
-    unit   = "in sixteenths of a pixel" if read.is_sixteenths and not scale_given else unit
+    unit   = "in sixteenths of a pixel" if read.is_sixteenths and not scale_given else _unit(divisor)
     rows   = f", {_FROM_TOP}" if read.rows_from_top else ""
     count  = int(none.where.sum())
     note   = f"{path}: read as {kind}, {unit}{rows}; {count} pixels without a disparity" + (

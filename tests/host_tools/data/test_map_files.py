@@ -161,6 +161,10 @@ def test_zeros_that_may_be_disparities_are_refused(tmp_path):
         read_map(path)
     assert np.isnan(read_map(path, none_values=[0]).pixels).sum() == 3
     assert np.isfinite(read_map(path, none_values=[np.nan]).pixels).all()
+    # So it is in sixteenths.
+    with pytest.raises(ImageError, match="has 3 pixels of 0, which may mean"):
+        read_map(write(path, (16*pixels).astype(np.int16)))
+    assert np.isnan(read_map(path, none_values=[0]).pixels).sum() == 3
     # With another mark 0 is a disparity.
     for mark in (np.nan, np.inf, -1):
         pixels[0, 0] = mark
