@@ -178,11 +178,11 @@ def read_map(path: Path, min_disparity: int = 0, scale: float | None = None, non
     finite = none.take(~np.isfinite(read.raw))
     if read.raw.dtype.kind == "u":
         none.take(read.raw == 0)
-        most = np.iinfo(read.raw.dtype).max
-        full = int((read.raw == most).sum())
+        largest = int(np.iinfo(read.raw.dtype).max)
+        full    = int((read.raw == largest).sum())
         if full and not none_values:
-            raise ImageError(f"{path}: has {full} pixels of {most}, the largest value, which may mean none: give "
-                             f"{none_option} {most} for none, or {none_option} nan for a disparity")
+            raise ImageError(f"{path}: has {full} pixels of {largest}, the largest value, which may mean none: give "
+                             f"{none_option} {largest} for none, or {none_option} nan for a disparity")
     if none_values:
         # As the file holds them: -0.1 of float32 is not -0.1.
         kind = read.raw.dtype if read.raw.dtype.kind == "f" else np.float64

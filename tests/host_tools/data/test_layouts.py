@@ -153,7 +153,8 @@ def test_published_sizes_have_their_scale_without_a_guess(names, size, scale, tm
 @pytest.mark.parametrize("size", [(160, 120), (449, 60), (451, 60)])
 def test_other_sizes_have_the_scale_of_the_images_or_need_it(names, scale, size, tmp_path):
     (files,) = find_samples([scaled_pair(tmp_path / "a", names, scale, size)])
-    assert files.scale == scale and f"{scale} level{'s'*(scale > 1)} per pixel is what the images agree with" in files.notes[0]
+    levels   = f"{scale} level{'s'*(scale > 1)} per pixel"
+    assert files.scale == scale and f"{levels} is what the images agree with" in files.notes[0]
     assert files.load().notes == files.notes
     # Without texture nothing agrees.
     for name in names[:2]:
