@@ -76,8 +76,21 @@ def read_file(path: Path) -> bytes:
     return data
 
 
+def _ends_in_a_chunk(data: bytes) -> bool:
+    """Return whether a chunk of a PNG is longer than the rest of the file: OpenCV would allocate up to 4 GB for it."""
+    at = len(_PNG)
+    while at + 8 <= len(data):
+        (length,) = struct.unpack_from(">I", data, at)
+        if data[at + 4:at + 8] == b"IEND":
+            return False
+        at += 12 + length # Length, name and CRC have four bytes each.
+    return at > len(data)
+
+
 def _decode(data: bytes, flags: int) -> NDArray[Any] | None:
     """Decode an image as OpenCV does with `flags`; None if it cannot."""
+    if data.startswith(_PNG) and _ends_in_a_chunk(data):
+        return None
     try:
         with quiet_stderr():
             return cv2.imdecode(np.frombuffer(data, np.uint8), flags) if data else None

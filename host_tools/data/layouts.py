@@ -167,7 +167,8 @@ def _scale_of(layout: _Layout, left: Path, right: Path, truth: Path) -> tuple[fl
         raise DatasetError(f"{truth}: no pair of Middlebury with such names has {width}x{height} pixels, so the scale "
                            "is not known: give --ground-truth-scale, the divisor from its values to pixels")
     levels = f"{guessed:g} level{'s'*(guessed != 1)} per pixel"
-    return guessed, (f"{truth}: {levels} is what the images agree with, {width}x{height} pixels are no size of Middlebury: if it is wrong give --ground-truth-scale",)
+    return guessed, (f"{truth}: {levels} is what the images agree with, {width}x{height} pixels are no size of "
+                     "Middlebury: if it is wrong give --ground-truth-scale",)
 
 
 def _file(folder: Path, names: tuple[str, ...], endings: tuple[str, ...]) -> Path | None:

@@ -7,6 +7,7 @@
 
 import subprocess
 import sys
+import time
 
 import cv2
 import numpy as np
@@ -169,3 +170,18 @@ def test_commands_with_many_pictures_say_once_what_was_done(command, tmp_path, c
     if command == "rectify":
         image = cv2.imread(str(tmp_path / "out" / "left" / "1.png"))
         assert np.abs(image[2:-2, 2:-2].astype(int) - cv2.imread(str(tmp_path/"left"/"1.png"))[2:-2, 2:-2]).mean() < 2
+
+
+@pytest.mark.parametrize("length", [1 << 20, (1 << 31) - 1, 1 << 31, (1 << 32) - 1])
+def test_a_chunk_that_is_longer_than_its_file_costs_no_memory(length, tmp_path):
+    """OpenCV would allocate and clear it first, which takes seconds."""
+    data = image_files()["grey.png"]
+    path = tmp_path / "a.png"
+    for at in (8, 33):
+        path.write_bytes(data[:at] + length.to_bytes(4, "big") + data[at + 4:])
+        began = time.process_time()
+        with pytest.raises(ImageError, match="is not an image"):
+            read_grey(path)
+        assert time.process_time() - began < 0.5
+    path.write_bytes(data + b"after the end")
+    assert np.array_equal(read_grey(path)[0], cv2.imread(str(path), cv2.IMREAD_GRAYSCALE))
