@@ -183,6 +183,9 @@ fuzz: install ## Send random datagrams: ten million to the firmware, a hundred t
 fuzz-firmware: install ## Fuzz the firmware with libFuzzer [FUZZ_SECONDS]
 	@$(PYTHON) -m campaigns.fuzz.firmware --seconds $(FUZZ_SECONDS)
 
+fuzz-host: install ## Fuzz the host tools' readers of files [FUZZ_SECONDS]
+	@$(PYTHON) -m campaigns.fuzz.host --seconds $(FUZZ_SECONDS)
+
 soak: install ## Match small frames while link, memory, clocks, firmware and host fail [SOAK_FRAMES]
 	@$(PYTHON) -m campaigns.soak --frames $(SOAK_FRAMES)
 
@@ -193,5 +196,5 @@ reproduce: install ## Build the firmware twice, in two folders, and compare the 
 	@$(PYTHON) -m litestereo.soc.release.reproduce
 
 .PHONY: help install demo sim example bench wheel clean test test-long lint ends arm-check boards bitstream load flash \
-	boards-sim boards-check docs docs-check registers boards-doc resources network thesis sbom coverage lock sweep formal fuzz fuzz-firmware soak \
-	mutation reproduce
+	boards-sim boards-check docs docs-check registers boards-doc resources network thesis sbom coverage lock sweep formal \
+	fuzz fuzz-firmware fuzz-host soak mutation reproduce

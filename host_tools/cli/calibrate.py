@@ -25,7 +25,7 @@ from ..cameras.find import BadPair, BoardPair, find_board
 from ..cameras.kinds import CALIBRATED_CAMERA
 from ..cameras.rectify import FILES, geometry_text, write_calibration
 from ..core.errors import GeometryError, ImageError
-from ..core.images import read_grey
+from ..core.images import read_grey, summed_notices
 from ..core.outputs import Outputs
 from ..data.sources.pairing import PairFiles, pair_files, pair_files_of_one
 from .arguments import Parser, add_force, add_json, fraction, positive
@@ -101,13 +101,18 @@ def run(options: argparse.Namespace) -> int:
     outputs = Outputs([path for one in files for path in (one.left, one.right)], options.force)
     written = [outputs.add(options.output/name, CALIBRATED_CAMERA) for name in FILES]
 
-    images = {}
-    found  = list[BoardPair | BadPair]()
+    images  = {}
+    found   = list[BoardPair | BadPair]()
+    notices = list[str]()
     with terminal_bars() as bars:
         for one in bars.track(files, description="find the board"):
-            left, right      = read_grey(one.left)[0], read_grey(one.right)[0]
+            (left, left_notices), (right, right_notices) = read_grey(one.left), read_grey(one.right)
+            # Photos of a board are in colour; that says nothing about the cameras.
+            notices         += [notice for notice in left_notices + right_notices if "converted" not in notice]
             images[one.name] = left.shape
             found.append(find_board(one.name, left, right, board))
+        for notice in summed_notices(notices):
+            print(f"litestereo: note: {notice}", file=sys.stderr)
         good, bad     = _sorted(found, images)
         height, width = images[good[0].name] if good else (0, 0)
         if not good:

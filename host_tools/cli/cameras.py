@@ -15,14 +15,14 @@ from ..cameras.camera_info import CameraInfo, ideal_cameras, read_camera_info
 from ..cameras.rectify import FILES, Rectifier
 from ..core.errors import GeometryError, UsageError
 from ..core.geometry import StereoGeometry
-from .arguments import positive
+from .arguments import finite, positive
 
 #: Geometry, left and right camera.
 Cameras = tuple[StereoGeometry, tuple[CameraInfo, CameraInfo]]
 
 
 def add_cameras(parser: argparse.ArgumentParser) -> None:
-    """Add `--calibration`, `--calib`, and `--focal` with `--baseline` and `--principal-point`."""
+    """Add `--calibration`, `--calib`, and `--focal` with `--baseline`, `--principal-point` and `--doffs`."""
     group = parser.add_argument_group("cameras")
     group.add_argument("--calibration", metavar="DIR", type=Path,
                        help="folder with left.yaml and right.yaml of the cameras, camera_info of ROS (default: none)")
@@ -30,7 +30,10 @@ def add_cameras(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--focal", metavar="PIXELS", type=positive, help="focal length (default: none)")
     group.add_argument("--baseline", metavar="METRES", type=positive, help="distance of the cameras (default: none)")
     group.add_argument("--principal-point", metavar=("X", "Y"), type=float, nargs=2,
-                       help="principal point of both cameras in pixels, with --focal (default: centre of the map)")
+                       help="principal point of the left camera in pixels, with --focal (default: centre of the map)")
+    group.add_argument("--doffs", metavar="PIXELS", type=finite,
+                       help="column of the right camera's principal point minus that of the left one, with --focal: "
+                            "depth is focal*baseline/(disparity + doffs) (default: 0, which is said)")
 
 
 def chosen_cameras(options: argparse.Namespace, width: int, height: int) -> Cameras | None:
@@ -49,6 +52,8 @@ def chosen_cameras(options: argparse.Namespace, width: int, height: int) -> Came
         raise UsageError("give only one of --calibration, --calib, and --focal with --baseline")
     if options.principal_point is not None and not ideal:
         raise UsageError("--principal-point goes with --focal: --calibration and --calib have one already")
+    if options.doffs is not None and not ideal:
+        raise UsageError("--doffs goes with --focal: --calibration and --calib have it already")
     if options.calibration is not None:
         left, right = (read_camera_info(options.calibration / name) for name in FILES)
         # The map is rectified already. Cameras that cannot rectify images are not those that it was made with.
@@ -69,4 +74,4 @@ def _ideal(options: argparse.Namespace, width: int, height: int) -> StereoGeomet
     if options.focal is None or options.baseline is None:
         raise UsageError("--focal and --baseline need each other")
     x, y = options.principal_point or ((width - 1)/2, (height - 1)/2)
-    return StereoGeometry(width, height, options.focal, options.baseline, x, y, x)
+    return StereoGeometry(width, height, options.focal, options.baseline, x, y, x + (options.doffs or 0.0))

@@ -49,8 +49,15 @@ examples:
 data sets (each PATH is a pair, or a folder of pairs):
   LiteStereo       left.png, right.png, disp_left_u16.png (256 times the disparity)
   Middlebury 2014  im0.png, im1.png, disp0GT.pfm or disp0.pfm, mask0nocc.png, calib.txt (ndisp)
-  Middlebury v2    im2 and im6, or imL and imR; disp2, truedisp or groundtruth; disp6
+  Middlebury 2005  and 2006: view1 and view5; disp1, disp5
+  Middlebury v2    2001 and 2003: im2 and im6, or imL and imR; disp2, truedisp or groundtruth; disp6; Tsukuba as
+                   scene1.row3.col3, scene1.row3.col4 and truedisp.row3.col3
   KITTI            image_2 and image_3, or image_0 and image_1; disp_occ_0, disp_noc_0
+
+scales of 8-bit truths of Middlebury, by their size: 3 (370 rows), 2 (555) and 1 (1110) of 2005 and 2006; 4, 2 and 1 of
+2003 (450, 900 and 1800 columns); 16 of Tsukuba, 8 of 2001. For another size the scale is what the images agree with,
+which is said on stderr; if that is not certain --ground-truth-scale is needed. A scale that the images contradict is
+refused.
 
 regions:
   all     pixels whose true disparity is known
@@ -86,8 +93,8 @@ def add_parser(commands: argparse._SubParsersAction[Parser]) -> None:
     parser.add_argument("--opencv", choices=OPENCV, action="append", default=[],
                         help="cv2.StereoBM or cv2.StereoSGBM, may be repeated (default: none)")
     parser.add_argument("--ground-truth-scale", metavar="S", type=positive,
-                        help="divisor from the truths' values to pixels (default: 256 for 16-bit images; by the width "
-                             "for those of Middlebury v2; else 1)")
+                        help="divisor from the truths' values to pixels (default: 256 for 16-bit images, 16 for "
+                             "int16; by the size for 8-bit images of Middlebury, see below; else 1)")
     parser.add_argument("--csv", metavar="FILE", type=Path, help="write all metrics to this file too (default: none)")
     parser.add_argument("--jobs", metavar="N", type=count, default=1, help="processes (default: %(default)s)")
     parser.add_argument("--cluster", metavar="ADDRESS",
@@ -125,6 +132,8 @@ def run(options: argparse.Namespace) -> int:
         bar  = bars.add_task("match", total=sum(len(task.jobs) for task in tasks))
         rows = evaluate(tasks, lambda pairs: bars.advance(bar, pairs), options.jobs, options.cluster)
 
+    for note in dict.fromkeys(note for row in rows for note in row.notes):
+        print(f"litestereo: note: {note}", file=sys.stderr)
     if options.csv is not None:
         write_csv(options.csv, rows)
     if options.json:

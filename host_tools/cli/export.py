@@ -10,6 +10,7 @@ from __future__ import annotations
 import argparse
 import json
 import re
+import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -23,9 +24,10 @@ from ..core.errors import ImageError, UsageError
 from ..core.geometry import StereoGeometry
 from ..core.images import pfm_of, read_colour
 from ..core.outputs import CLOUD_PLY, DEPTH_NPY, DEPTH_PNG, DISPARITY_PFM, DISPARITY_PNG, Outputs, write_file
+from ..data.map_files import read_map
 from ..export import files
 from ..export.bag import check_bag, write_bag
-from ..export.maps import SearchRange, read_disparity
+from ..export.maps import SearchRange
 from ..export.messages import StereoMessage
 from .arguments import Parser, add_force, add_json, count, natural, positive
 from .cameras import Cameras, add_cameras, chosen_cameras
@@ -59,9 +61,13 @@ examples:
 formats, and the files written:
 {chr(10).join(f"  {name:9}  {file:13}  {text}" for name, (file, text) in FORMATS.items())}
 
-MAP is what `litestereo match` writes: disparity.npy, .pfm or .png. The cameras are one of --calibration, --calib, and
---focal with --baseline. A map does not store its settings: give --min-disparity, if it was not 0, for every format, and
---disparities and --block-size for mcap. Play the bag with `ros2 bag play out/rosbag2`.
+MAP is what `litestereo match` writes: disparity.npy, .pfm or .png; or a map of another program: floating point in
+pixels, int16 in sixteenths, a 16-bit image of 256ths. In floating point nan and inf mean none, and so does one value
+below the smallest disparity, such as the -1 of cv2.StereoBM divided by 16. What is read otherwise than `match` writes
+it is said on stderr; what is not certain is refused, with the option that decides it. The cameras are one of
+--calibration, --calib, and --focal with --baseline and --doffs. A map does not store its settings: give
+--min-disparity, if it was not 0, for every format, and --disparities and --block-size for mcap. Play the bag with `ros2
+bag play out/rosbag2`.
 """
 
 
@@ -75,6 +81,12 @@ def add_parser(commands: argparse._SubParsersAction[Parser]) -> None:
                         help="folder for the results, created if needed")
     parser.add_argument("--format", choices=FORMATS, action="append", required=True, dest="formats",
                         help="format to write, may be repeated")
+    parser.add_argument("--map-scale", metavar="S", type=positive,
+                        help="divisor from the map's values to pixels (default: 16 for int16, 256 for 16-bit images, 1 "
+                             "for floating point)")
+    parser.add_argument("--none-value", metavar="V", type=float, action="append", default=[], dest="none_values",
+                        help="value of the map's pixels without a disparity, may be repeated; nan for only nan and inf "
+                             "(default: found)")
     parser.add_argument("--left", metavar="IMAGE", type=Path, help="left image, for colours (default: none)")
     add_json(parser)
     add_force(parser)
@@ -116,7 +128,8 @@ def run(options: argparse.Namespace) -> int:
     """Run the command; all files are read and checked before the first one is written."""
     search    = SearchRange(options.disparities, options.min_disparity, options.block_size)
     formats   = list(dict.fromkeys(options.formats))
-    disparity = read_disparity(options.map, search)
+    read      = read_map(options.map, search.min_disparity, options.map_scale, options.none_values)
+    disparity = read.pixels
     cameras   = chosen_cameras(options, disparity.shape[1], disparity.shape[0])
     image     = None if options.left is None else _colours(options.left, disparity)
     for format_ in formats:
@@ -125,6 +138,11 @@ def run(options: argparse.Namespace) -> int:
                              "--baseline")
     if "mcap" in formats:
         search.check(disparity)
+    notices = read.notices
+    if cameras is not None and options.calibration is None and options.calib is None and options.doffs is None and (
+            set(formats) - set(_WITHOUT_CAMERAS)):
+        notices.append("--doffs is not given: the principal points of both cameras are assumed to be equal (doffs 0), "
+                       "else the depth is wrong")
 
     outputs = Outputs(_inputs(options), options.force)
     for format_ in formats:
@@ -135,6 +153,8 @@ def run(options: argparse.Namespace) -> int:
         check_bag(options.output/FORMATS["mcap"][0])
 
     paths = [_write(options, format_, disparity, cameras, image, search) for format_ in formats]
+    for notice in notices:
+        print(f"litestereo: note: {notice}", file=sys.stderr)
     if options.json:
         print(json.dumps({"width": disparity.shape[1], "height": disparity.shape[0],
                           "valid_pixels": int(np.isfinite(disparity).sum()), "files": [str(path) for path in paths]},

@@ -17,11 +17,11 @@ from ..core.errors import ImageError
 from ..core.images import disparity_pixels, plan_disparity, read_grey, write_disparity
 from ..core.outputs import CLOUD_PLY, DEPTH_NPY, Outputs
 from ..core.settings import MatcherSettings
-from ..data.ground_truth import read_ground_truth
+from ..data.map_files import read_truth
 from ..data.sources.pairing import check_distinct
 from ..devices.base import check_minimum_size, check_pair
 from ..devices.connect import connect
-from ..evaluation.metrics import measure_map
+from ..evaluation.metrics import beyond_range, measure_map
 from ..export.depth import write_cloud, write_depth
 from .arguments import Parser, add_calibration, add_device, add_force, add_json, positive
 from .match_summary import depth_summary, link_summary, pair_summary, summary_text
@@ -75,7 +75,8 @@ def add_parser(commands: argparse._SubParsersAction[Parser]) -> None:
     parser.add_argument("--ground-truth", metavar="FILE", type=Path,
                         help="true disparities to compare the map with: PNG, PFM, .npy or .npz (default: none)")
     parser.add_argument("--ground-truth-scale", metavar="S", type=positive,
-                        help="divisor from the file's values to pixels (default: 256 for 16-bit images, else 1)")
+                        help="divisor from the file's values to pixels (default: 256 for 16-bit images, 16 for "
+                             "int16, else 1)")
     add_json(parser)
     add_force(parser)
     add_settings(parser)
@@ -104,11 +105,16 @@ def run(options: argparse.Namespace) -> int:
         left, right = rectifier.rectify(left, right)
     height, width = left.shape
     truth         = None
+    notices       = left_notices + right_notices
     if options.ground_truth is not None:
-        truth = read_ground_truth(options.ground_truth, options.ground_truth_scale)
-        if truth.shape != left.shape:
-            raise ImageError(f"{options.ground_truth}: is {truth.shape[1]}x{truth.shape[0]} pixels, "
+        read  = read_truth(options.ground_truth, options.ground_truth_scale)
+        if read.pixels.shape != left.shape:
+            raise ImageError(f"{options.ground_truth}: is {read.pixels.shape[1]}x{read.pixels.shape[0]} pixels, "
                              f"the images are {width}x{height}")
+        if options.ground_truth_scale is None:
+            read = read.agreeing(left, right, "--ground-truth-scale")
+        truth    = read.pixels
+        notices += read.notices
     if options.output.exists() and not options.output.is_dir():
         raise ImageError(f"{options.output}: is a file, the results need a folder")
     _plan(options)
@@ -121,7 +127,9 @@ def run(options: argparse.Namespace) -> int:
         settings = choice.settings
         info.check(width, height, settings)
         check_distinct(options.left, options.right)
-        print_notices([*left_notices, *right_notices, *choice.notices])
+        if truth is not None and (beyond := beyond_range(truth, settings.min_disparity, settings.disparities)):
+            notices.append(f"{options.ground_truth}: {beyond}")
+        print_notices([*notices, *choice.notices])
         with progress_bars() as progress:
             result = device.compute(left, right, settings, progress)
         link = device.link_counters

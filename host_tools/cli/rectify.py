@@ -15,10 +15,11 @@ from ..cameras.camera_info import ideal_cameras, write_camera_info
 from ..cameras.kinds import RECTIFIED_CAMERA
 from ..cameras.rectify import FILES, geometry_text, read_calibration
 from ..core.errors import ImageError
-from ..core.images import read_image, write_png
+from ..core.images import read_picture, summed_notices, write_png
 from ..core.outputs import RECTIFIED_PNG, Outputs
 from ..data.sources.pairing import PairFiles, check_distinct, pair_files
 from .arguments import Parser, add_calibration, add_force, add_json
+from .matching import print_notices
 from .progress import terminal_bars
 
 _EPILOG = """\
@@ -61,9 +62,12 @@ def run(options: argparse.Namespace) -> int:
     written = [outputs.add(options.output/name, RECTIFIED_CAMERA) for name in FILES]
     images  = [[outputs.add(options.output/side/f"{one.name}.png" if folders else options.output/f"{side}.png",
                             RECTIFIED_PNG) for side in ("left", "right")] for one in files]
+    notices = list[str]()
     with terminal_bars() as bars:
         for one, paths in bars.track(list(zip(files, images, strict=True)), description="rectify"):
-            pair = rectifier.rectify(read_image(one.left), read_image(one.right))
+            (left, left_notices), (right, right_notices) = read_picture(one.left), read_picture(one.right)
+            notices += left_notices + right_notices
+            pair     = rectifier.rectify(left, right)
             check_distinct(one.left, one.right)
             for path, image in zip(paths, pair, strict=True):
                 write_png(path, image, RECTIFIED_PNG)
@@ -71,6 +75,7 @@ def run(options: argparse.Namespace) -> int:
     # The last ones: with them the folder counts as complete.
     for path, camera in zip(written, ideal_cameras(rectifier.geometry), strict=False):
         write_camera_info(path, camera)
+    print_notices(summed_notices(notices))
     if options.json:
         print(json.dumps({"files": [str(path) for path in written]}, indent=2))
     else:

@@ -20,7 +20,7 @@ import rich.progress
 
 from ..cameras.rectify import FILES, read_calibration
 from ..core.errors import ImageError
-from ..core.images import FORMATS, write_map
+from ..core.images import FORMATS, summed_notices, write_map
 from ..core.outputs import DEPTH_NPY, MAP_KINDS, Kind, Outputs
 from ..core.settings import MatcherSettings
 from ..data.sources import EXAMPLES, Source, open_source
@@ -153,8 +153,14 @@ def run(options: argparse.Namespace) -> int:
                 if options.json:
                     print(json.dumps(_frame_line(meter, matched, path)), flush=True)
         summary = {"device": device.info().name, **meter.summary(), **stages_off(choice), **unmatched(source)}
+    print_picture_notices(source)
     print(json.dumps({"summary": summary}) if options.json else stream_text(summary))
     return print_shortfalls(source)
+
+
+def print_picture_notices(source: Source) -> None:
+    """Print on stderr what was done to the pictures of a stream, one line for all to which the same was done."""
+    print_notices(summed_notices(source.picture_notices))
 
 
 def _results(options: argparse.Namespace, name: str) -> list[tuple[Path, Kind]]:

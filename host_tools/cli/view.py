@@ -33,6 +33,7 @@ from .stream import (
     SOURCES,
     add_source,
     chosen_matching,
+    print_picture_notices,
     print_shortfalls,
     source_inputs,
     stream_text,
@@ -127,6 +128,7 @@ def run(options: argparse.Namespace) -> int:
         while viewer is not None and viewer.page and not stop.requested:
             time.sleep(_POLL_S)
         summary = {"device": device.info().name, **meter.summary(), **stages_off(choice), **unmatched(source)}
+    print_picture_notices(source)
     if options.montage is not None and last is not None:
         write_png(options.montage, montage(last), MONTAGE_PNG)
     files = [path for path in (options.save, options.montage) if path is not None]

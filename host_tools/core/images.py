@@ -10,7 +10,8 @@ from __future__ import annotations
 import contextlib
 import io
 import os
-from collections.abc import Iterator
+import struct
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -40,6 +41,19 @@ KITTI_SCALE = 256
 #: Where the first chunk of a PNG file ends: 8 bytes of signature, 25 of IHDR.
 _IHDR_END = 33
 
+#: The largest file that is read, in bytes.
+MAX_FILE_BYTES = 1 << 30
+
+#: Bytes of files: the beginning of a PNG, and bits and type in its header if it is grey of 8 bits.
+_PNG    = b"\x89PNG\r\n\x1a\n"
+_GREY_8 = b"\x08\x00"
+
+#: One of these is in a file that has an orientation: in JPEG, PNG and AVIF, in WebP, and at the beginning of a TIFF.
+_ORIENTED = (b"Exif", b"eXIf", b"EXIF", b"II*\0", b"MM\0*")
+
+#: Number of the orientation in a TIFF.
+_ORIENTATION = 0x112
+
 #: Formats that `write_map` writes, by the endings of the files.
 FORMATS = ("png", "pfm", "npy")
 
@@ -62,35 +76,112 @@ def quiet_stderr() -> Iterator[None]:
 
 
 def read_file(path: Path) -> bytes:
-    """Return the bytes of a file; raise ImageError if it cannot be read."""
+    """Return the bytes of a file; raise ImageError if it cannot be read, or is larger than `MAX_FILE_BYTES`."""
     try:
-        return path.read_bytes()
+        with path.open("rb") as file:
+            # A device such as /dev/zero has no end.
+            data = file.read(MAX_FILE_BYTES + 1)
     except FileNotFoundError:
         raise ImageError(f"{path}: there is no such file") from None
-    except OSError as error:
-        raise ImageError(f"{path}: cannot be read: {error.strerror or error}") from None
+    except (OSError, ValueError) as error: # ValueError: a zero byte in the name.
+        raise ImageError(f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}") from None
+    if len(data) > MAX_FILE_BYTES:
+        raise ImageError(f"{path}: is larger than {MAX_FILE_BYTES >> 20} MiB, the most that is read of an image or map")
+    return data
+
+
+def _ends_in_a_chunk(data: bytes) -> bool:
+    """Return whether a chunk of a PNG is longer than the rest of the file: OpenCV would allocate up to 4 GB for it."""
+    at = len(_PNG)
+    while at + 8 <= len(data):
+        (length,) = struct.unpack_from(">I", data, at)
+        if data[at + 4:at + 8] == b"IEND":
+            return False
+        at += 12 + length # Length, name and CRC have four bytes each.
+    return at > len(data)
+
+
+def _decode(data: bytes, flags: int) -> NDArray[Any] | None:
+    """Decode an image as OpenCV does with `flags`; None if it cannot."""
+    if data.startswith(_PNG) and _ends_in_a_chunk(data):
+        return None
+    try:
+        with quiet_stderr():
+            return cv2.imdecode(np.frombuffer(data, np.uint8), flags) if data else None
+    except (cv2.error, MemoryError):
+        return None
+
+
+def _decoded(path: Path, data: bytes, flags: int) -> NDArray[Any]:
+    """Decode the bytes of the image file `path`; raise ImageError if OpenCV cannot, or if their end is missing."""
+    if _is_cut(data):
+        raise ImageError(f"{path}: is not an image that is whole: its end is missing")
+    image = _decode(data, flags)
+    if image is None:
+        raise ImageError(f"{path}: is not an image that OpenCV can read, or is damaged")
+    return image
 
 
 def read_image(path: Path) -> NDArray[Any]:
-    """Return the image in a file as OpenCV decodes it, channels and depth unchanged.
+    """Return the image in a file as OpenCV decodes it: channels and depth unchanged, as it is stored.
+
+    It is for maps and masks. A picture may have to be rotated: `read_grey`, `read_colour` and `read_picture` do that.
 
     Raises
     ------
     ImageError
         The file cannot be read, or is not an image.
     """
-    content = read_file(path)
-    if _is_cut(content):
-        raise ImageError(f"{path}: is not an image that is whole: its end is missing")
-    try:
-        with quiet_stderr():
-            data  = np.frombuffer(content, np.uint8)
-            image = cv2.imdecode(data, cv2.IMREAD_UNCHANGED) if len(data) else None
-    except cv2.error:
-        image = None
-    if image is None:
-        raise ImageError(f"{path}: is not an image that OpenCV can read, or is damaged")
-    return image
+    return _decoded(path, read_file(path), cv2.IMREAD_UNCHANGED)
+
+
+def _picture(path: Path, flags: int) -> tuple[NDArray[Any], NDArray[Any] | None, list[str]]:
+    """Return a picture as `cv2.imread(path, flags)` does.
+
+    All commands read their pictures here, so they agree on the orientation, and with OpenCV.
+
+    Returns
+    -------
+    The picture; the image as it is stored, None if that is the same; and notices of what file and picture differ in.
+
+    Raises
+    ------
+    ImageError
+        The file is missing, is not an image, or has other pixels than 8 or 16 bits.
+    """
+    data = read_file(path)
+    if data.startswith(_PNG) and data[24:26] == _GREY_8 and not any(mark in data for mark in _ORIENTED):
+        # A grey PNG of 8 bits, the usual file of a stream, is the same with any flags but IMREAD_COLOR.
+        return _decoded(path, data, flags), None, []
+    stored = _decoded(path, data, cv2.IMREAD_UNCHANGED)
+    if stored.dtype not in (np.uint8, np.uint16):
+        raise ImageError(f"{path}: has pixels of type {stored.dtype}, an 8- or 16-bit image is needed")
+    picture = _decoded(path, data, flags)
+    notices = []
+    if any(mark in data for mark in _ORIENTED):
+        as_stored = _decode(data, flags | cv2.IMREAD_IGNORE_ORIENTATION)
+        if as_stored is not None and not np.array_equal(as_stored, picture):
+            notices.append(f"{path}: rotated or mirrored as its EXIF orientation says, now "
+                           f"{picture.shape[1]}x{picture.shape[0]} pixels")
+    if (orientation := _tiff_orientation(data)) > 1:
+        # OpenCV always follows it.
+        notices.append(f"{path}: rotated or mirrored as its orientation {orientation} says, now "
+                       f"{picture.shape[1]}x{picture.shape[0]} pixels")
+    return picture, stored, notices
+
+
+def _tiff_orientation(data: bytes) -> int:
+    """Return the orientation in the first directory of a TIFF, 1 to 8; 1 if there is none, or it is no TIFF."""
+    order = {b"II*\0": "<", b"MM\0*": ">"}.get(data[:4])
+    if order is None or len(data) < 8:
+        return 1
+    (at,) = struct.unpack_from(f"{order}I", data, 4)
+    count = struct.unpack_from(f"{order}H", data, at)[0] if at + 2 <= len(data) else 0
+    for entry in range(at + 2, min(at + 2 + 12*count, len(data) - 11), 12):
+        tag, _, _, value = struct.unpack_from(f"{order}HHIH", data, entry)
+        if tag == _ORIENTATION and 1 <= value <= 8:
+            return int(value)
+    return 1
 
 
 def _is_cut(data: bytes) -> bool:
@@ -107,12 +198,13 @@ def _is_cut(data: bytes) -> bool:
 
 
 def read_grey(path: Path) -> tuple[NDArray[np.uint8], list[str]]:
-    """Read an image file as grey.
+    """Read an image file as grey: what `cv2.imread(path, cv2.IMREAD_GRAYSCALE)` returns.
 
     Parameters
     ----------
     path
-        An image file of any format that OpenCV reads. Colour is converted to luma, 16 bits to their upper 8.
+        An image file of any format that OpenCV reads. Colour is converted to luma, 16 bits to 8, and the picture is
+        rotated as its EXIF orientation says.
 
     Returns
     -------
@@ -123,30 +215,45 @@ def read_grey(path: Path) -> tuple[NDArray[np.uint8], list[str]]:
     ImageError
         The file is missing, is not an image, or has other pixels than 8 or 16 bits.
     """
-    image   = read_image(path)
-    notices = []
-    if image.dtype == np.uint16:
-        image = (image >> 8).astype(np.uint8)
+    image, stored, notices = _picture(path, cv2.IMREAD_GRAYSCALE)
+    if stored is not None and stored.dtype == np.uint16:
         notices.append(f"{path}: 16-bit image, converted to 8 bits")
-    if image.dtype != np.uint8:
-        raise ImageError(f"{path}: has pixels of type {image.dtype}, an 8- or 16-bit image is needed")
-    if image.ndim == 3 and image.shape[2] == 1:
-        image = image[:, :, 0]
-    if image.ndim == 3:
-        image = cv2.cvtColor(image, cv2.COLOR_BGRA2GRAY if image.shape[2] == 4 else cv2.COLOR_BGR2GRAY)
+    if stored is not None and stored.ndim == 3 and stored.shape[2] > 1:
         notices.append(f"{path}: colour image, converted to grey")
     return np.ascontiguousarray(image, np.uint8), notices
 
 
 def read_colour(path: Path) -> NDArray[np.uint8]:
-    """Read an image file in colour: uint8, H x W x 3, BGR; of 16 bits the upper 8. Raise ImageError as `read_grey`."""
-    image = read_image(path)
-    if image.dtype == np.uint16:
-        image = (image >> 8).astype(np.uint8)
-    if image.dtype != np.uint8:
-        raise ImageError(f"{path}: has pixels of type {image.dtype}, an 8- or 16-bit image is needed")
-    grey = image.ndim == 2 or image.shape[2] == 1
-    return np.asarray(cv2.cvtColor(image, cv2.COLOR_GRAY2BGR) if grey else image[:, :, :3], np.uint8)
+    """Read an image file in colour, as `cv2.imread` does: uint8, H x W x 3, BGR. Raise ImageError as `read_grey`."""
+    return np.asarray(_picture(path, cv2.IMREAD_COLOR)[0], np.uint8)
+
+
+def read_picture(path: Path) -> tuple[NDArray[Any], list[str]]:
+    """Read an image file with its depth and channels: uint8 or uint16, H x W, or H x W x 3 or 4 in BGR.
+
+    Returns
+    -------
+    The image, rotated as its EXIF orientation says (without its alpha then), and notices of one line.
+
+    Raises
+    ------
+    ImageError
+        As `read_grey`.
+    """
+    image, stored, notices = _picture(path, cv2.IMREAD_ANYCOLOR | cv2.IMREAD_ANYDEPTH)
+    if stored is not None and stored.ndim == 3 and stored.shape[2] == 4 and not notices:
+        image = stored
+    return image, notices
+
+
+def summed_notices(notices: Iterable[str]) -> list[str]:
+    """Return one notice for all that differ only in the file: "a.png and 3 others: colour image, ..."."""
+    files: dict[str, list[str]] = {}
+    for notice in notices:
+        file, _, what = notice.partition(": ")
+        files.setdefault(what, []).append(file)
+    return [f"{names[0]}{f' and {len(names) - 1} more' if len(names) > 1 else ''}: {what}"
+            for what, names in files.items()]
 
 
 def disparity_pixels(disparity: NDArray[np.int16], invalid: int = INVALID) -> NDArray[np.float32]:

@@ -14,13 +14,23 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.errors import DatasetError
-from ..core.images import read_grey, read_image
-from .ground_truth import read_ground_truth
+from ..core.errors import DatasetError, ImageError
+from ..core.images import read_grey
+from .map_files import read_truth
 from .regions import regions
 
 #: Value of a pixel of the region in a mask of Middlebury; other values say why a pixel is not in it.
 _IN_MASK = 255
+
+#: Values of a mask without a pixel in the region, and of one whose values are true and false.
+_NONE_IN_MASK = (0, 128)
+_TRUE_FALSE   = (0, 1)
+
+#: Most values of a mask: more are of a photo, or of a lossy format.
+_MASK_VALUES = 4
+
+#: Notices that say nothing about a result, because each pair of some data sets has them.
+_EXPECTED = ("converted to grey", "converted to 8 bits")
 
 
 @dataclass(frozen=True)
@@ -37,6 +47,8 @@ class Sample:
         True disparities: float32, H x W, in pixels, nan where they are unknown.
     regions
         bool, H x W, by name, see `regions.regions`.
+    notes
+        What the files were read as, where that is not the convention of their layout; a line each.
     """
 
     name:    str
@@ -44,6 +56,7 @@ class Sample:
     right:   NDArray[np.uint8]
     truth:   NDArray[np.float32]
     regions: dict[str, NDArray[np.bool_]]
+    notes:   tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -63,7 +76,11 @@ class SampleFiles:
     nonocc_truth
         File of the true disparities of only the pixels that both cameras see: KITTI has it instead of a mask.
     scale
-        Divisor from the truths' values to pixels; None for the default of `read_ground_truth`.
+        Divisor from the truths' values to pixels; None for the default of `read_truth`.
+    scale_given
+        Whether the user gave the scale; a scale by the layout is checked against the images.
+    notes
+        What was guessed to find the pair, a line each.
     ndisp
         Upper bound for the number of disparities, by the data set; None if it has none.
     """
@@ -78,6 +95,8 @@ class SampleFiles:
     nonocc_truth: Path | None  = None
     scale:        float | None = None
     ndisp:        int | None   = None
+    scale_given:  bool = False
+    notes:        tuple[str, ...] = ()
 
     @property
     def files(self) -> list[Path]:
@@ -91,11 +110,13 @@ class SampleFiles:
         Raises
         ------
         ImageError
-            A file is missing, or has another format.
+            A file is missing or has another format, the scale of a truth is not known, or the images contradict it.
         DatasetError
             The files are of different sizes.
         """
-        left = read_grey(self.left)[0]
+        left, notices = read_grey(self.left)
+        right, more   = read_grey(self.right)
+        notices      += more
 
         def fitting(image: NDArray[Any], path: Path) -> NDArray[Any]:
             if image.shape != left.shape:
@@ -104,19 +125,38 @@ class SampleFiles:
             return image
 
         def truth(path: Path) -> NDArray[np.float32]:
-            return fitting(read_ground_truth(path, self.scale), path)
+            read = read_truth(path, self.scale)
+            fitting(read.pixels, path)
+            if path == self.truth:
+                read = read if self.scale_given else read.agreeing(left, right, "--ground-truth-scale")
+                # A scale that was found by the images has a note already.
+                notices.extend(read.notices if self.scale_given or self.scale is None else [] if self.notes else
+                               [read.note])
+            return read.pixels
 
         def mask(path: Path | None) -> NDArray[np.bool_] | None:
-            return None if path is None else np.asarray(fitting(read_grey(path)[0], path) == _IN_MASK)
+            if path is None:
+                return None
+            found, more = _mask(path)
+            notices.extend(more)
+            return np.asarray(fitting(found, path))
 
-        right       = fitting(read_grey(self.right)[0], self.right)
+        fitting(right, self.right)
         left_truth  = truth(self.truth)
         right_truth = None if self.right_truth is None else truth(self.right_truth)
         nonocc      = mask(self.nonocc) if self.nonocc_truth is None else np.isfinite(truth(self.nonocc_truth))
-        return Sample(self.name, left, right, left_truth, regions(left_truth, right_truth, nonocc, mask(self.disc)))
+        found       = regions(left_truth, right_truth, nonocc, mask(self.disc))
+        notes       = [note for note in notices if not note.endswith(_EXPECTED)]
+        return Sample(self.name, left, right, left_truth, found, (*self.notes, *notes))
 
 
-def image_size(path: Path) -> tuple[int, int]:
-    """Return width and height of the image in a file, in pixels; raise ImageError if it is not an image."""
-    height, width = read_image(path).shape[:2]
-    return width, height
+def _mask(path: Path) -> tuple[NDArray[np.bool_], list[str]]:
+    """Read a mask: bool, H x W, and what is to be said of it; raise ImageError if it is not certain what is in it."""
+    image  = read_grey(path)[0]
+    values = np.unique(image).tolist()
+    if values[-1] == _TRUE_FALSE[1]:
+        return image == 1, [f"{path}: read as a mask of 0 and 1, with 1 in the region"]
+    if len(values) > _MASK_VALUES or not (values[-1] == _IN_MASK or set(values) <= {*_NONE_IN_MASK}):
+        raise ImageError(f"{path}: is no mask: it has {len(values)} values from {values[0]} to {values[-1]}, 255 "
+                         "(or 1, beside 0 alone) means in the region")
+    return image == _IN_MASK, []

@@ -122,6 +122,33 @@ def measure_map(disparity_px: NDArray[np.float32], truth_px: NDArray[np.float32]
     return {name: values[name] for name in METRICS}
 
 
+def beyond_range(truth_px: NDArray[np.float32], min_disparity: int, disparities: int) -> str:
+    """Return a notice if true disparities are out of reach: more than a pixel outside of the range that is searched.
+
+    No matcher can be right there: such a pixel is bad-1.0, or has no disparity.
+
+    Parameters
+    ----------
+    truth_px
+        float32, H x W, in pixels, nan where they are unknown.
+    min_disparity, disparities
+        Smallest disparity and number of disparities searched, in pixels.
+
+    Returns
+    -------
+    One line, "" if there are none.
+    """
+    known = truth_px[np.isfinite(truth_px)]
+    most  = min_disparity + disparities - 1
+    count = int(((known < min_disparity - 1) | (known > most + 1)).sum())
+    if not count:
+        return ""
+    share = f"{max(_percent(count, known.size), 0.01):.2f} %"
+    return (f"{share} of the true disparities are out of the range searched, {min_disparity} to {most} pixels (they "
+            f"are {known.min():g} to {known.max():g}): they count as bad or missing; is the scale of the truth right, "
+            "are there enough --disparities?")
+
+
 def summary_texts(metrics: Mapping[str, float]) -> dict[str, str]:
     """Return the metrics of `SUMMARY` as texts, by their labels: "9.75 % of the known pixels"."""
     return {label: f"{metrics[name]:.{decimals}f} {unit}" for name, (label, decimals, unit) in SUMMARY.items()}

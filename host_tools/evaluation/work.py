@@ -20,7 +20,7 @@ from ..data.datasets import StereoPair
 from ..data.regions import regions
 from ..data.samples import Sample, SampleFiles
 from .matchers import is_shared, open_matcher
-from .metrics import measure_map
+from .metrics import beyond_range, measure_map
 from .parallel import in_processes, on_cluster
 
 
@@ -48,12 +48,16 @@ Job = tuple[SampleFiles | LoadedSample, MatcherSettings]
 
 @dataclass(frozen=True)
 class Row:
-    """Metrics, by their names in `metrics.METRICS`, of the map of one pair by one matcher in one region."""
+    """Metrics, by their names in `metrics.METRICS`, of the map of one pair by one matcher in one region.
+
+    `notes` is what has to be said of the pair, a line each.
+    """
 
     pair:    str
     matcher: str
     region:  str
     metrics: dict[str, float]
+    notes:   tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -88,8 +92,10 @@ def rows_of(task: Task, done: Callable[[], None] | None = None) -> list[Row]:
             sample    = source.load()
             disparity = task.speckle.apply(matcher.match(sample.left, sample.right, settings), settings)
             pixels    = disparity_pixels(disparity, settings.invalid)
+            beyond    = beyond_range(sample.truth, settings.min_disparity, settings.disparities)
+            notes     = (*sample.notes, *([f"{source.name}: {beyond}"] if beyond else []))
             rows     += [Row(source.name, task.matcher, name,
-                             measure_map(pixels, sample.truth, region, source.ndisp))
+                             measure_map(pixels, sample.truth, region, source.ndisp), notes)
                          for name, region in sample.regions.items()]
             if done is not None:
                 done()

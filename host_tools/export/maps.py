@@ -7,7 +7,6 @@
 
 from __future__ import annotations
 
-import io
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,9 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.errors import ImageError, SettingsError
-from ..core.images import KITTI_SCALE, disparity_pixels, read_file, read_image
 from ..core.settings import DISPARITY_SCALE
-from ..data.ground_truth import decode_pfm
+from ..data.map_files import read_map
 
 
 @dataclass(frozen=True)
@@ -89,15 +87,14 @@ class SearchRange:
 
 
 def read_disparity(path: Path, search: SearchRange) -> NDArray[np.float32]:
-    """Read a disparity map that `match` has written, or another program in one of its formats.
+    """Read a disparity map that `match` has written, or another program: see `data.map_files`.
 
     Parameters
     ----------
     path
-        .npy: int16 in sixteenths of a pixel, or floating point in pixels, nan or inf where there is none. .pfm: pixels,
-        inf where there is none. An image of 16 bits: 256 times the disparity, 0 where there is none.
+        .npy, .npz, .pfm, or an image.
     search
-        Its `invalid` is the value without a disparity of an int16 map.
+        Its smallest disparity says which values mean none.
 
     Returns
     -------
@@ -106,39 +103,6 @@ def read_disparity(path: Path, search: SearchRange) -> NDArray[np.float32]:
     Raises
     ------
     ImageError
-        The file is missing or has another format, or an int16 map has another value without a disparity.
+        The file is missing or has another format, or it is not certain what its values mean.
     """
-    suffix = path.suffix.lower()
-    if suffix == ".npy":
-        return _read_npy(path, search)
-    if suffix == ".pfm":
-        pixels = decode_pfm(read_file(path), str(path))
-    else:
-        image = read_image(path)
-        if image.ndim != 2 or image.dtype != np.uint16:
-            raise ImageError(f"{path}: is no disparity map: a .npy, a .pfm or a grey image of 16 bits is needed")
-        pixels = image.astype(np.float32)/np.float32(KITTI_SCALE)
-        pixels[image == 0] = np.nan
-    pixels[~np.isfinite(pixels)] = np.nan
-    return pixels
-
-
-def _read_npy(path: Path, search: SearchRange) -> NDArray[np.float32]:
-    try:
-        array = np.load(io.BytesIO(read_file(path)), allow_pickle=False)
-    except (ValueError, EOFError, OSError):
-        raise ImageError(f"{path}: is not an array that NumPy can read") from None
-    if not isinstance(array, np.ndarray) or array.ndim != 2 or not (array.dtype == np.int16 or array.dtype.kind == "f"):
-        raise ImageError(f"{path}: is no disparity map: int16 in sixteenths of a pixel or floating point in pixels "
-                         "is needed, one number per pixel")
-    if array.dtype == np.int16:
-        # No block fits into the corner, so its value means no disparity. If that is not `invalid`, all pixels with it
-        # would become a wall of one depth.
-        corner = int(array[0, 0]) if array.size else search.invalid
-        if corner != search.invalid and corner == array.min() and corner % DISPARITY_SCALE == 0:
-            raise ImageError(f"{path}: looks like a map that was matched with --min-disparity "
-                             f"{corner//DISPARITY_SCALE + 1}, not {search.min_disparity}: give that")
-        return disparity_pixels(array, search.invalid)
-    pixels = array.astype(np.float32)
-    pixels[~np.isfinite(pixels)] = np.nan
-    return pixels
+    return read_map(path, search.min_disparity).pixels

@@ -58,15 +58,17 @@ class Source(abc.ABC):
     """A sequence of pairs of grey images. Use it as a context manager, or `close` it.
 
     `length` is the number of pairs and `names` are their names, None if that is unknown. `files` are the files that are
-    read, `notices` are lines about what was found and is not read. After the last pair `shortfalls` says which frames
-    had no partner or could not be read; it is empty if all frames became pairs, or the iteration ended early.
+    read, `notices` are lines about what was found and is not read. `picture_notices` is what was done to the pictures
+    read so far: a line each, see `images.read_grey`. After the last pair `shortfalls` says which frames had no partner
+    or could not be read; it is empty if all frames became pairs, or the iteration ended early.
     """
 
-    length:     int | None              = None
-    names:      Sequence[str] | None    = None
-    files:      Sequence[Path]          = ()
-    notices:    Sequence[str]           = ()
-    shortfalls: Sequence[Shortfall]     = ()
+    length:          int | None           = None
+    names:           Sequence[str] | None = None
+    files:           Sequence[Path]       = ()
+    notices:         Sequence[str]        = ()
+    picture_notices: Sequence[str]        = ()
+    shortfalls:      Sequence[Shortfall]  = ()
 
     @abc.abstractmethod
     def __iter__(self) -> Iterator[Shot]:

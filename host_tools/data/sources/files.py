@@ -23,7 +23,10 @@ class FileSource(Source):
         self.names   = [one.name for one in files]
         self.files   = [path for one in files for path in (one.left, one.right)]
         self.notices = tuple(notices)
+        self.picture_notices: list[str] = []
 
     def __iter__(self) -> Iterator[Shot]:
         for files in self._files:
-            yield shot(files.name, (read_grey(files.left)[0], read_grey(files.right)[0]))
+            (left, left_notices), (right, right_notices) = read_grey(files.left), read_grey(files.right)
+            self.picture_notices += left_notices + right_notices
+            yield shot(files.name, (left, right))

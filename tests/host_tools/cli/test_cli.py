@@ -431,3 +431,25 @@ def test_importing_prints_nothing():
     imports = "import litestereo.host_tools.cli.match, litestereo.host_tools.data.datasets"
     done    = subprocess.run([sys.executable, "-c", imports], capture_output=True, text=True, check=True)
     assert (done.stdout, done.stderr) == ("", "")
+
+
+def test_what_a_truth_was_read_as_is_said(pair, tmp_path, capfd):
+    """And a scale that the images contradict is refused: without one 8 bits are pixels."""
+    def rated_by(*truth):
+        status = run("match", pair/"left.png", pair/"right.png", "-o", tmp_path/"out", "--device", "model:", "--json",
+                     "--disparities", 16, "--block-size", 7, "--ground-truth", *truth)
+        out, err = capfd.readouterr()
+        return status, err, json.loads(out)["quality"] if out else None
+
+    status, err, _ = rated_by(pair/"truth.png")
+    assert status == 1 and "the images agree with 4: give --ground-truth-scale 4" in err and err.count("\n") == 1
+    status, err, quality = rated_by(pair/"truth.png", "--ground-truth-scale", 4)
+    assert (status, err) == (0, "") and quality["bad_1_0"] == 0
+    cv2.imwrite(str(tmp_path / "pixels.png"), np.full((50, 120), 7, np.uint8))
+    np.save(tmp_path / "int16.npy", np.full((50, 120), 7*16, np.int16))
+    for name, said in (("pixels.png", "8-bit image, in pixels"), ("int16.npy", "int16 in .npy, in sixteenths")):
+        status, err, again = rated_by(tmp_path/name)
+        assert (status, again) == (0, quality) and err.count("\n") == 1 and f"{name}: read as {said}" in err
+    np.save(tmp_path / "far.npy", np.where(np.arange(120) < 30, 20, 7)*np.ones((50, 1), np.float32))
+    status, err, _ = rated_by(tmp_path/"far.npy")
+    assert status == 0 and "25.00 % of the true disparities are out of the range searched, 0 to 15 pixels" in err

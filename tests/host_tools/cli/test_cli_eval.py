@@ -295,3 +295,22 @@ def test_help_has_examples(capfd):
     assert run("eval", "--help") == 0
     out = capfd.readouterr().out
     assert "litestereo eval data/teddy" in out and "bad_or_invalid_2_0" in out
+
+
+def test_what_was_guessed_is_said_by_all_processes(tmp_path, capfd):
+    """The size of 2003 with a scale of 4, one that is guessed, a mask of 0 and 1, and truths out of reach."""
+    for name, size, scale in (("known", (450, 60), 4), ("guessed", (200, 60), 3)):
+        left, right = textured_pair(*size, generator(72), 20)
+        data_sets.write(tmp_path / "set" / name, {"im2.png": left, "im6.png": right, "disp2.png":
+                                                  np.full(left.shape, 20*scale, np.uint8)})
+    data_sets.write(tmp_path / "set" / "known", {"nonocc.png": np.ones((60, 450), np.uint8)})
+    errs = []
+    for jobs in (1, 2):
+        assert run("eval", tmp_path/"set", "--opencv", "bm", "--disparities", 16, "--jobs", jobs) == 0
+        errs.append(capfd.readouterr().err)
+    assert errs[0] == errs[1]
+    lines = errs[0].splitlines()
+    assert len(lines) == 5 and all(line.startswith("litestereo: note: ") for line in lines)
+    for text in ("known/disp2.png: read as 8-bit image, 4 levels per pixel", "guessed/disp2.png: 3 levels per pixel is",
+                 "mask of 0 and 1", "known: 100.00 % of the true", "guessed: 100.00 % of the true"):
+        assert sum(text in line for line in lines) == 1

@@ -303,3 +303,55 @@ def test_help_has_examples(capfd):
     assert run("export", "--help") == 0
     out = capfd.readouterr().out
     assert "litestereo export out/disparity.npy" in out and "rosbag2" in out
+
+
+@pytest.mark.parametrize("doffs", [-40, -3.25, 0, 3.25, 10])
+def test_depth_by_numbers_has_doffs(folder, doffs, capfd):
+    """As Middlebury's formula has it, in all formats; without the option 0 is said to be assumed."""
+    given = ("--format", "depth-npy", "--format", "ply", *IDEAL)
+    assert export(folder, *given, "--doffs", doffs) == 0
+    assert "doffs" not in capfd.readouterr().err
+    depth = np.load(folder / "out" / "depth.npy")
+    known = np.isfinite(pixels(folder)) & (pixels(folder) + doffs > 0)
+    np.testing.assert_allclose(depth[known], 50/(pixels(folder)[known] + doffs), rtol=1e-5)
+    np.testing.assert_allclose(read_ply(folder / "out" / "cloud.ply")["z"], depth[known])
+    assert export(folder, *given) == 0
+    (note,) = capfd.readouterr().err.splitlines()
+    assert note.startswith("litestereo: note: --doffs is not given: ") and "doffs 0" in note
+    assert np.array_equal(np.load(folder / "out" / "depth.npy"), depth, equal_nan=True) == (doffs == 0)
+
+
+def test_doffs_of_a_calibration_are_known(folder, capfd):
+    for cameras_ in (("--calib", folder/"calib.txt"), ("--calibration", folder)):
+        assert export(folder, "--format", "depth-npy", *cameras_) == 0
+        assert capfd.readouterr().err == ""
+        assert export(folder, "--format", "depth-npy", *cameras_, "--doffs", 1) == 2
+        assert "--doffs goes with --focal" in error_line(capfd)
+    assert export(folder, "--format", "pfm", *IDEAL) == 0
+    assert capfd.readouterr().err == ""
+    for wrong in ("nan", "inf", "x"):
+        assert export(folder, "--format", "depth-npy", *IDEAL, "--doffs", wrong) == 2
+        assert "must be a number" in error_line(capfd)
+
+
+def test_maps_of_other_programs_are_said_and_uncertain_ones_refused(folder, capfd):
+    floats = np.where(np.isnan(pixels(folder)), -1, pixels(folder)).astype(np.float32)
+    np.save(folder / "floats.npy", floats)
+    assert export(folder, "--format", "png", "--format", "pfm", "--json", source="floats.npy") == 0
+    out, err = capfd.readouterr()
+    count    = int(np.isnan(pixels(folder)).sum())
+    assert err == (f"litestereo: note: {folder}/floats.npy: read as float32 in .npy, in pixels; {count} pixels without "
+                   "a disparity (values -1)\n")
+    assert json.loads(out)["valid_pixels"] == floats.size - count
+    assert (folder / "out" / "disparity.png").read_bytes() == (folder / "disparity.png").read_bytes()
+    np.save(folder / "sixteenths.npy", np.load(folder / "disparity.npy").astype(np.float32))
+    assert export(folder, "--format", "png", source="sixteenths.npy") == 1
+    assert "give --map-scale 16" in error_line(capfd)
+    assert export(folder, "--format", "png", "--map-scale", 16, source="sixteenths.npy") == 0
+    assert (folder / "out" / "disparity.png").read_bytes() == (folder / "disparity.png").read_bytes()
+    floats[0, 0] = -2
+    np.save(folder / "floats.npy", floats)
+    assert export(folder, "--format", "png", source="floats.npy") == 1
+    capfd.readouterr()
+    assert export(folder, "--format", "png", "--none-value", -1, "--none-value", -2, source="floats.npy") == 0
+    assert (folder / "out" / "disparity.png").read_bytes() == (folder / "disparity.png").read_bytes()

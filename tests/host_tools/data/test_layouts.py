@@ -10,10 +10,12 @@ import numpy as np
 import pytest
 
 from litestereo.host_tools.cameras.calib_txt import read_calib
-from litestereo.host_tools.core.errors import DatasetError, GeometryError
+from litestereo.host_tools.core.errors import DatasetError, GeometryError, ImageError
 from litestereo.host_tools.data.layouts import find_samples
 from support import data_sets
 from support.data_sets import HEIGHT, SHIFT, WIDTH
+from support.images import with_orientation
+from support.pairs import generator, textured_pair
 
 #: Known pixels: all but the last column, see `data_sets.everywhere`.
 KNOWN = (WIDTH - 1)*HEIGHT
@@ -140,3 +142,95 @@ def test_a_pair_that_is_given_twice_is_one(tmp_path):
     assert [sample.name for sample in one] == ["teddy"]
     names = [sample.name for sample in find_samples([tmp_path / name / "x" for name in "ab"] + [tmp_path / "c"])]
     assert len(set(names)) == 3 and "c/teddy" in names
+
+
+def scaled_pair(folder, names, scale, size=(160, 60), shift=7, right_truth=True):
+    """A pair of that size with 8-bit truths times `scale`; `names` are those of left, right and the truths."""
+    left, right = textured_pair(*size, generator(130), shift)
+    truth       = np.full(left.shape, round(scale*shift), np.uint8)
+    images      = dict(zip(names, (left, right, truth, truth), strict=False))
+    for name, image in list(images.items())[:4 if right_truth else 3]:
+        data_sets.write(folder, {name: np.dstack([image]*3) if name.endswith(".ppm") else image})
+    return folder
+
+
+VIEWS   = ("view1.png", "view5.png", "disp1.png", "disp5.png")
+OLD     = ("im2.ppm", "im6.ppm", "disp2.pgm", "disp6.pgm")
+TSUKUBA = ("scene1.row3.col3.ppm", "scene1.row3.col4.ppm", "truedisp.row3.col3.pgm")
+
+
+@pytest.mark.parametrize(("names", "size", "scale"), [
+    (VIEWS, (427, 370), 3), (VIEWS, (465, 370), 3), (VIEWS, (641, 555), 2), (VIEWS, (1282, 1110), 1),
+    (OLD, (450, 375), 4), (OLD, (900, 750), 2), (OLD, (1800, 1500), 1), (OLD, (434, 383), 8), (OLD, (430, 381), 8),
+    (OLD, (284, 216), 8), (TSUKUBA, (384, 288), 16),
+])
+def test_published_sizes_have_their_scale_without_a_guess(names, size, scale, tmp_path):
+    (files,) = find_samples([scaled_pair(tmp_path / "a", names, scale, size)])
+    assert (files.scale, files.notes) == (scale, ())
+    sample   = files.load()
+    assert set(np.unique(sample.truth)) == {7} and ("nonocc" in sample.regions) == (len(names) == 4)
+    (note,)  = sample.notes
+    assert f"{scale} levels per pixel" in note or scale == 1
+
+
+@pytest.mark.parametrize("names", [VIEWS, OLD, ("imL.png", "imR.png", "truedisp.png")])
+@pytest.mark.parametrize("scale", [1, 2, 3, 4, 8, 16])
+@pytest.mark.parametrize("size", [(160, 120), (449, 60), (451, 60)])
+def test_other_sizes_have_the_scale_of_the_images_or_need_it(names, scale, size, tmp_path):
+    (files,) = find_samples([scaled_pair(tmp_path / "a", names, scale, size)])
+    levels   = f"{scale} level{'s'*(scale > 1)} per pixel"
+    assert files.scale == scale and f"{levels} is what the images agree with" in files.notes[0]
+    assert files.load().notes == files.notes
+    # Without texture nothing agrees.
+    for name in names[:2]:
+        data_sets.write(tmp_path / "a", {name: np.full((*size[::-1], 3), 90, np.uint8)})
+    with pytest.raises(DatasetError, match="scale is not known: give --ground-truth-scale"):
+        find_samples([tmp_path / "a"])
+    (files,) = find_samples([tmp_path / "a"], 5.0)
+    assert files.scale == 5 and set(np.unique(files.load().truth)) == {np.float32(scale*7)/np.float32(5)}
+
+
+def test_a_scale_that_the_images_contradict_is_refused(tmp_path):
+    scaled_pair(tmp_path / "a", OLD, 8, (450, 60))
+    with pytest.raises(ImageError, match="read as 4 levels per pixel, but the images agree with 8: give --ground"):
+        find_samples([tmp_path / "a"])[0].load()
+    assert set(np.unique(find_samples([tmp_path / "a"], 4.0)[0].load().truth)) == {14}
+
+
+def test_a_truth_of_other_depth_has_the_scale_of_its_format(tmp_path):
+    scaled_pair(tmp_path / "a", OLD, 1, right_truth=False)
+    (tmp_path / "a" / "disp2.pgm").unlink()
+    data_sets.write(tmp_path / "a", {"disp2.png": np.full((60, 160), 256*7, np.uint16)})
+    (files,) = find_samples([tmp_path / "a"])
+    assert files.scale is None and set(np.unique(files.load().truth)) == {7} and not files.load().notes
+
+
+@pytest.mark.parametrize(("values", "inside"), [
+    ((0, 255), 255), ((0, 128, 255), 255), ((0, 64, 128, 255), 255), ((255,), 255), ((0, 1), 1), ((1,), 1), ((0,), 255),
+    ((0, 128), 255), ((128,), 255), ((0, 254), None), ((0, 1, 2), None), ((0, 1, 128), None), ((0, 100), None),
+    ((2,), None), ((0, 60, 70, 80, 255), None), (tuple(range(256)), None),
+])
+def test_masks(values, inside, tmp_path):
+    folder = data_sets.litestereo(tmp_path / "a")
+    mask   = np.resize(np.array(values, np.uint8), (HEIGHT, WIDTH))
+    for name in ("nonocc", "disc"):
+        data_sets.write(folder, {f"{name}.png": mask})
+        files = find_samples([folder])[0]
+        if inside is None:
+            with pytest.raises(ImageError, match=f"{name}.png: is no mask"):
+                files.load()
+        else:
+            sample = files.load()
+            assert np.array_equal(sample.regions[name], sample.regions["all"] & (mask == inside))
+            assert len(sample.notes) == (inside == 1)
+            data_sets.write(folder, {f"{name}.png": np.full_like(mask, 255)})
+        (folder / f"{name}.png").unlink()
+
+
+def test_pictures_that_are_turned_are_said(tmp_path):
+    folder = data_sets.litestereo(tmp_path / "a")
+    for name in ("left.png", "right.png"):
+        data = (folder / name).read_bytes()
+        (folder / name).write_bytes(with_orientation(data, 3))
+    notes = find_samples([folder])[0].load().notes
+    assert len(notes) == 2 and all("rotated or mirrored" in note for note in notes)

@@ -12,7 +12,7 @@ import pytest
 
 from litestereo.host_tools.core.errors import ImageError
 from litestereo.host_tools.core.images import disparity_pixels
-from litestereo.host_tools.evaluation.metrics import METRICS, json_values, measure_map, summary_texts
+from litestereo.host_tools.evaluation.metrics import METRICS, beyond_range, json_values, measure_map, summary_texts
 from support.pairs import generator
 
 
@@ -159,3 +159,19 @@ def test_texts_name_their_denominators():
     nothing = np.full((1, 2), np.nan, np.float32)
     assert summary_texts(measure_map(nothing, nothing))["bad-2.0"] == "nan % of the known pixels"
     assert json_values(measure_map(nothing, nothing))["bad_2_0"] is None
+
+
+@pytest.mark.parametrize(("value", "out"), [(14.99, True), (15, False), (16, False), (31, False), (32, False),
+                                            (32.01, True), (1e30, True), (0.5, True)])
+def test_truths_out_of_reach(value, out):
+    """Searched are 16 to 31 pixels: a truth a pixel beyond can still be met within a pixel."""
+    truth       = np.full((10, 10), 20, np.float32)
+    truth[0, 0] = np.nan
+    truth[5, 5] = value
+    text        = beyond_range(truth, 16, 16)
+    assert text.startswith("1.01 % of the true disparities are out of the range searched, 16 to 31 pixels") == out
+    assert bool(text) == out
+    assert beyond_range(np.full((2, 2), np.nan, np.float32), 0, 16) == ""
+    # What is said holds: the nearest disparity is bad-1.0.
+    nearest = np.clip(truth, 16, 31).astype(np.float32)
+    assert (measure_map(nearest, truth)["bad_1_0"] > 0) == out
