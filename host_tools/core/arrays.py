@@ -101,7 +101,7 @@ def decode_npz(data: bytes, name: str) -> NDArray[Any]:
 def decode_pfm(data: bytes, name: str) -> NDArray[np.float32]:
     """Decode a grey PFM file.
 
-    Rows are stored from the bottom. Photoshop, which has width and height on lines of their own, stores them from the
+    Rows are stored from the bottom. Photoshop, which has width and height on separate lines, stores them from the
     top: see `is_photoshop`. The absolute value of the scale is ignored, as Middlebury does it.
 
     Returns
@@ -132,7 +132,7 @@ def decode_pfm(data: bytes, name: str) -> NDArray[np.float32]:
 
 
 def is_photoshop(data: bytes) -> bool:
-    """Return whether a PFM file is one of Photoshop: width and height are on lines of their own."""
+    """Return whether a PFM file is one of Photoshop: width and height are on separate lines."""
     header = _PFM_HEADER.match(data)
     return header is not None and b"\n" in header[3]
 

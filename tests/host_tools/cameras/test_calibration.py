@@ -281,7 +281,7 @@ def test_nothing_is_written_after_an_error(boards, tmp_path, change, text, capfd
     for out in ("new", "old"):
         limit = ["--max-error", "0.001"] if change == "limit" else []
         assert run("calibrate", tmp_path/"left", tmp_path/"right", "--pattern", "chessboard", "9x6", "--square", 0.025,
-                   "--keep-all", *limit, "-o", tmp_path/out) == 1
+                   "--keep-all", *limit, "--force", "-o", tmp_path/out) == 1
         assert text in error_line(capfd)
     assert not (tmp_path/"new").exists()
     assert [path.name for path in (tmp_path/"old").iterdir()] == ["left.yaml"]

@@ -128,7 +128,13 @@ def test_examples_work(words, ports, tmp_path, monkeypatch, capfd):
     pair = textured_pair(WIDTH, HEIGHT, generator(170), SHIFT)
     if words[0] == "calibrate":
         options = dict(zip(words, words[1:], strict=False))
-        write_boards(tmp_path, options["--pattern"], words[words.index("--pattern") + 2], float(options["--square"]))
+        board   = options["--pattern"], words[words.index("--pattern") + 2], float(options["--square"])
+        write_boards(tmp_path, *board)
+        if "left/" not in words:
+            # One folder with both sides in it.
+            (tmp_path/words[1]).mkdir()
+            for path in [*(tmp_path/"left").iterdir(), *(tmp_path/"right").iterdir()]:
+                path.rename(tmp_path/words[1]/f"{path.parent.name}-{path.name}")
     else:
         write_pairs(tmp_path, pair)
     if words[0] == "export":

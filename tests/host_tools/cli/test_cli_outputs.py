@@ -81,8 +81,9 @@ def test_an_input_is_not_replaced(arguments, folder, capfd):
         shutil.copy(folder/"left.png", folder/"map"/"disparity_disparity_0.png")
         (folder/"map"/"disparity_0.png").symlink_to("disparity_disparity_0.png")
     if "teddy/calib.txt" in arguments:
-        (folder/"teddy"/"calib.txt").write_text("cam0=[1 0 1; 0 1 1; 0 0 1]\ncam1=[1 0 1; 0 1 1; 0 0 1]\nwidth=96\n"
-                                                "height=40\nbaseline=100\nndisp=16\n")
+        camera = "[99 0 48; 0 99 20; 0 0 1]"
+        (folder/"teddy"/"calib.txt").write_text(f"cam0={camera}\ncam1={camera}\nwidth=96\nheight=40\nbaseline=100\n"
+                                                "ndisp=16\n")
     before = contents(folder)
     assert run(*arguments) == 1
     assert "is an input of this command" in error_line(capfd)

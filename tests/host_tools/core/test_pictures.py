@@ -124,7 +124,7 @@ def test_notices_of_many_files_are_one():
         "a and 2 more: rotated", "c: 16-bit: so"]
 
 
-#: Matches a pair of pictures in a process of its own, whose OpenCV is not loaded yet.
+#: Matches a pair of pictures in a separate process, whose OpenCV is not loaded yet.
 _ALONE = [sys.executable, "-c", "import sys, resource; resource.setrlimit(resource.RLIMIT_AS, (4 << 30, 4 << 30)); "
           "from litestereo.host_tools.cli import main; sys.exit(main())"]
 
