@@ -36,7 +36,7 @@ def parse_first(data: bytes) -> dict[str, Any]:
         text = _first(decode_text(data))
         if len(text) > _LONGEST:
             raise GeometryError(f"is no file of a camera: it has more than {_LONGEST} characters")
-        content = yaml.load(text, Loader=yaml.BaseLoader)  # noqa: S506 - BaseLoader makes text, lists, dicts only.
+        content = yaml.load(text, Loader=yaml.BaseLoader)  # It makes text, lists and dicts only.
     # Also what PyYAML lets through: ValueError of escapes and directives, RecursionError of nesting.
     except (yaml.YAMLError, ValueError, OverflowError, RecursionError):
         raise GeometryError("is not a YAML file, a camera_info of ROS is needed") from None
