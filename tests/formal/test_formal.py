@@ -62,7 +62,7 @@ FAULTS = {
         peripheral, "stereo_peripheral", "StereoPeripheral", "self.sync += If(begin, [",
         "self.sync += If(self.start, [", "of a frame holds until the next"),
     "illegal settings": (
-        peripheral, "stereo_peripheral", "StereoPeripheral", "If(legal,", "If(legal | (frame.width == 0),",
+        peripheral, "stereo_peripheral", "StereoPeripheral", "If(legal,", "If(legal | (self.frame.width == 0),",
         "DMA begins with legal settings alone"),
     "a pair without credit": (
         raster, "raster", "Raster", "self.sink.ready.eq(running & self.credit & take)",
