@@ -71,12 +71,12 @@ class GuardedStream(io.TextIOBase):
         return getattr(self._stream, name)
 
     @property
-    def encoding(self) -> str: # type: ignore[override]
+    def encoding(self) -> str: # type: ignore[override] # typeshed has a plain attribute
         """The encoding of the stream."""
         return self._stream.encoding
 
     @property
-    def errors(self) -> str | None: # type: ignore[override]
+    def errors(self) -> str | None: # type: ignore[override] # the same
         """What happens to characters that the encoding does not have."""
         return self._stream.errors
 

@@ -125,4 +125,4 @@ class MatcherSettings(SettingFields):
                 changes[name] = from_number(name, rule.off)
             elif rule.off_feature & needed:
                 changes[name] = from_number(name, rule.default)
-        return dataclasses.replace(self, **changes)  # type: ignore[arg-type]
+        return dataclasses.replace(self, **changes)  # type: ignore[arg-type]  # each value has the type of its field
