@@ -18,7 +18,7 @@ from litex_boards.targets.digilent_arty   import _CRG as ArtyCRG
 
 from ..parts.flash_pads import FlashPads
 from .board_soc         import BoardSoC
-from .preset            import Preset
+from .preset            import STEREO_BM, Preset
 
 class Arty(BoardSoC):
     board_name    = "arty"
@@ -33,7 +33,7 @@ class Arty(BoardSoC):
     preset        = Preset(
         disparities    = 32,
         max_block_size = 9,
-        features       = ("xsobel",),
+        features       = STEREO_BM,
         # The memory's clock is four times as fast, and 300 MHz is the slowest that DDR3 supports.
         sys_clk_freq   = 80000000,
         streaming      = False,

@@ -88,7 +88,7 @@ class BoardSoC(StereoSoC):
         check(not (preset.matcher_hz and preset.streaming),
             "streamed frames go with the system's clock: leave out matcher_hz or streaming.")
         self.preset    = preset
-        self.pipelined = preset.sys_clk_freq > UNPIPELINED_HZ
+        self.pipelined = self.csr_registers = preset.sys_clk_freq > UNPIPELINED_HZ
         soc_kwargs  = dict(
             cpu_variant          = preset.cpu_variant,
             uart_baudrate        = self.uart_baudrate,

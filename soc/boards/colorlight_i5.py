@@ -6,7 +6,7 @@
 """Colorlight i5: LFE5U-25F, 8 MB of SDRAM at 32 bits, gigabit Ethernet."""
 
 from .colorlight import ColorlightSoC
-from .preset     import Preset
+from .preset     import STEREO_BM, Preset
 
 class ColorlightI5(ColorlightSoC):
     board_name   = "colorlight_i5"
@@ -17,7 +17,7 @@ class ColorlightI5(ColorlightSoC):
     preset       = Preset(
         disparities    = 32,
         max_block_size = 9,
-        features       = ("xsobel",),
+        features       = STEREO_BM,
         sys_clk_freq   = 60000000,
         streaming      = False,
         with_icmp      = False,

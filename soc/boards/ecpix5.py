@@ -20,7 +20,7 @@ from liteeth.phy.ecp5rgmii import LiteEthPHYRGMII
 from litex_boards.platforms.lambdaconcept_ecpix5 import Platform
 
 from .board_soc import BoardSoC, SDR_SETTINGS
-from .preset    import Preset
+from .preset    import STEREO_BM, Preset
 
 # Clocks -------------------------------------------------------------------------------------------
 
@@ -90,7 +90,7 @@ class ECPIX5(BoardSoC):
     preset        = Preset(
         disparities    = 128,
         max_block_size = 15,
-        features       = ("xsobel",),
+        features       = STEREO_BM,
         sys_clk_freq   = 75000000,
         matcher_hz     = 100000000,
         streaming      = False,

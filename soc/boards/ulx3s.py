@@ -19,7 +19,7 @@ from litex_boards.platforms.radiona_ulx3s import Platform
 
 from ..parts.hdmi_phy import HDMIPHY
 from .board_soc       import BoardSoC, PIXEL_DOMAIN, PIXEL_HZ, SDR_SETTINGS
-from .preset          import Preset
+from .preset          import STEREO_BM, Preset
 
 # Clocks -------------------------------------------------------------------------------------------
 
@@ -66,7 +66,7 @@ class ULX3S(BoardSoC):
     preset          = Preset(
         disparities    = 128,
         max_block_size = 15,
-        features       = ("xsobel",),
+        features       = STEREO_BM,
         sys_clk_freq   = 75000000,
         with_screen    = True,
         density        = 0.7,

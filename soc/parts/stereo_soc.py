@@ -11,11 +11,12 @@ from litex.soc.integration.soc_core import SoCCore
 
 from .add_frame_link import FrameLinkMixin
 from .add_stereo     import StereoMixin
+from .csr_registers  import CSRRegistersMixin
 from .reset_record   import ResetRecord
 
 # Stereo SoC ---------------------------------------------------------------------------------------
 
-class StereoSoC(StereoMixin, FrameLinkMixin, SoCCore):
+class StereoSoC(StereoMixin, FrameLinkMixin, CSRRegistersMixin, SoCCore):
     """The SoC of every target: VexRiscv, main memory, matcher and link.
 
     A target overrides `add_clocking`, `add_main_memory` and `add_link`.
