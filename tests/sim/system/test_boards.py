@@ -3,13 +3,14 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Each board's SoC in litex_sim: it boots from its flash, passes its self-test, matches a real pair, shows the map if
-there is a screen, and accepts other firmware over its link."""
+"""Each board's SoC in litex_sim: it boots from its flash, passes its self-test, matches a real pair and drawn ones as
+cv2.StereoBM does, shows the map if there is a screen, and accepts other firmware over its link."""
 
 from __future__ import annotations
 
 import os
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -19,15 +20,22 @@ from litestereo.host_tools.devices.connect import connect
 from litestereo.sim.system.build import build_firmware, build_soc
 from litestereo.sim.system.simulation import start_simulation
 from litestereo.soc.boards import BOARDS, soc_class
+from litestereo.soc.boards.preset import STEREO_BM
 from litestereo.soc.flow.sources import flash_image
 from support.data import stereo_pair
 from support.expected import expected_map
+from support.opencv import same_as_opencv
+from support.pairs import generator, textured_pair
 from support.screen import CLOCKS, LINES, expected_picture, shown_picture
+from support.settings import drawn_settings
 
 pytestmark = pytest.mark.system
 
 #: Boards whose simulators are built, minutes each; `make boards-sim` builds all.
 CHOSEN = os.environ.get("LITESTEREO_BOARDS", "colorlight_i5").split()
+
+#: Settings that each board is tried with, per mode of transfer: `make boards-sim` draws more.
+DRAWN = 20 if "LITESTEREO_BOARDS" in os.environ else 4
 
 #: Boards with Ethernet, which is faster than the serial line. LiteDRAM's models of DDR2 and DDR3 need no training.
 ETHERNET = ("colorlight_i5", "colorlight_i9", "ecpix5", "arty")
@@ -37,6 +45,28 @@ def url_of(board, simulation):
     """Return the URL of the board's faster link."""
     return f"udp://127.0.0.1:{simulation.udp_port}" if board in ETHERNET else \
         f"tcp://127.0.0.1:{simulation.port}"
+
+
+def drawn_pairs(preset, salt):
+    """Yield drawn settings within a preset, and a small pair for each; the first setting has all stages at work."""
+    rng = generator(salt)
+    for index in range(DRAWN):
+        settings = drawn_settings(rng, preset.max_block_size, preset.disparities)
+        if index == 0:
+            settings = replace(settings, disparities=preset.disparities, block_size=preset.max_block_size,
+                               min_disparity=5, uniqueness_ratio=5, texture_threshold=200, disp12_max_diff=1)
+        width  = settings.min_disparity + settings.disparities + settings.block_size + int(rng.integers(24, 48))
+        height = settings.block_size + int(rng.integers(1, 16))
+        shift  = settings.min_disparity + int(rng.integers(settings.disparities))
+        left, right = textured_pair(width, height, rng, shift)
+        # Noise, so that blocks tie less often and the left-right check has something to find.
+        yield left, np.clip(right + rng.integers(-20, 21, right.shape), 0, 255).astype(np.uint8), settings
+
+
+def assert_same_as_opencv(device, preset, salt):
+    """Check that maps of drawn pairs equal those of cv2.StereoBM."""
+    for left, right, settings in drawn_pairs(preset, salt):
+        same_as_opencv(device.compute(left, right, settings).disparity, left, right, settings)
 
 
 def assert_shows(simulation, disparity, settings, limit_s=600):
@@ -68,16 +98,15 @@ def assert_shows(simulation, disparity, settings, limit_s=600):
 def test_board(board):
     """Boot program, RAM and preset are the board's; pins and clocks are the simulator's.
 
-    One run covers the self-test, a real pair and an update. The update resets the whole SoC through its register; the
+    One run covers the self-test, a real pair, drawn pairs and settings with all stages, stored and streamed, and an
+    update. The update resets the whole SoC through its register; the
     boot program then reads the flash, which has kept its contents.
     """
     if board not in CHOSEN:
         pytest.skip(f"not in LITESTEREO_BOARDS: {' '.join(CHOSEN)}")
     preset   = soc_class(board).preset
-    settings = MatcherSettings(preset.disparities, preset.max_block_size,
-                               uniqueness_ratio=15 if "uniqueness" in preset.features else 0,
-                               texture_threshold=10 if "texture" in preset.features else 0,
-                               subpixel="subpixel" in preset.features)
+    settings = MatcherSettings(preset.disparities, preset.max_block_size, disp12_max_diff=1)
+    assert set(STEREO_BM) <= set(preset.features)
     pair        = stereo_pair("motorcycle")
     left, right = (np.ascontiguousarray(image[200:240, 100:420]) for image in (pair.left, pair.right))
     other       = flash_image(build_firmware(build_soc(board), 0x0102).read_bytes())
@@ -85,7 +114,11 @@ def test_board(board):
         url, console = url_of(board, simulation), f"tcp://127.0.0.1:{simulation.port}"
         with connect(console) as device:
             assert "selftest: passed" in device.console("selftest", 1800)
+        if preset.streaming and board in ETHERNET:
+            with connect(f"{url}?mode=streamed") as device:
+                assert_same_as_opencv(device, preset, 1)
         with connect(url) as device:
+            assert_same_as_opencv(device, preset, 2)
             disparity = device.compute(left, right, settings).disparity
             assert np.array_equal(disparity, expected_map(left, right, settings))
             if preset.with_screen:
