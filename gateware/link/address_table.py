@@ -6,7 +6,6 @@
 from migen import *
 
 from litex.gen import *
-from litex.gen.genlib.misc import WaitTimer
 
 from litex.soc.interconnect import stream
 

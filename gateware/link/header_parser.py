@@ -41,8 +41,8 @@ class HeaderParser(LiteXModule):
         self.source      = stream.Endpoint(datagram_description()) # Datagrams to the port.
         self.arp         = stream.Endpoint(arp_layout())           # ARP messages; for a clock, ready is not used.
         self.on          = Signal()   # There are addresses; without, all frames are discarded.
-        self.mac_address = Signal(48) # Of the device.
-        self.ip_address  = Signal(32)
+        self.mac_address = Signal(48) # Of the device,
+        self.ip_address  = Signal(32) # and its IP address.
         # Request for an echo: words of ICMP's header and data, as they are on the wire, big-endian; then its end.
         self.echo_word   = Signal(32) # Word,
         self.echo_write  = Signal()   # if there is one.

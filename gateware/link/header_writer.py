@@ -39,8 +39,8 @@ class HeaderWriter(LiteXModule):
         self.response    = stream.Endpoint(arp_table_response_layout)   # and answers.
         self.source      = stream.Endpoint(sent_layout())               # Frames.
         self.on          = Signal()   # There are addresses; without, everything is dropped.
-        self.mac_address = Signal(48) # Of the device.
-        self.ip_address  = Signal(32)
+        self.mac_address = Signal(48) # Of the device,
+        self.ip_address  = Signal(32) # and its IP address.
         self.netmask     = Signal(32) # Of its subnet.
         self.gateway     = Signal(32) # To other subnets; 0: none.
         self.latency     = None       # Depends on the table.
@@ -85,7 +85,8 @@ class HeaderWriter(LiteXModule):
         ]
         def at(number, arp):
             return (self.index == number) & (self.is_arp if arp else ~self.is_arp)
-        either = lambda number: self.index == number
+        def either(number):
+            return self.index == number
         high = [
             (either(1) | at(9, True),                  target[16:32]),
             (either(2) | at(6, True),                  mac[32:48]),

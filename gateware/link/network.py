@@ -48,7 +48,7 @@ class Network(LiteXModule):
         self.sink        = stream.Endpoint(datagram_description()) # Datagrams to send.
         self.source      = stream.Endpoint(datagram_description()) # Datagrams to the port.
         self.mac_address = Signal(48) # Of the device.
-        self.ip_address  = Signal(32) # Of the device; while its first byte is 0, the network is off.
+        self.ip_address  = Signal(32) # Its IP address; while its first byte is 0, the network is off.
         self.netmask     = Signal(32) # Of its subnet.
         self.gateway     = Signal(32) # To other subnets; 0: none, their hosts are on the same wire.
         self.latency     = None       # Depends on the wire, and on ARP.

@@ -59,11 +59,11 @@ class FrameLink(FrameLinkCSR, LiteXModule):
         self.matching = Signal()                                # The matcher is at work; for a counter.
         self.latency  = None                                    # Depends on memory and on the wire.
         # Addresses for the network, from the registers.
-        self.mac_high = Signal(16)
-        self.mac_low  = Signal(32)
-        self.netmask  = Signal(32)
-        self.gateway  = Signal(32)
-        self.address  = Signal(32)
+        self.mac_high = Signal(16) # MAC address of the device, its first 2 bytes,
+        self.mac_low  = Signal(32) # and the others.
+        self.netmask  = Signal(32) # Netmask of its subnet.
+        self.gateway  = Signal(32) # IPv4 address of the gateway, 0: none,
+        self.address  = Signal(32) # and of the device.
 
         self.port            = port
         self.slots           = slots

@@ -105,8 +105,8 @@ class FrameLinkCSR:
         self.add_storage("mac_high", self.mac_high, "MAC address of the device; of 10:e2:d5:00:00:02 this is 0x10e2,")
         self.add_storage("mac_low",  self.mac_low,  "and this 0xd5000002.")
         self.add_storage("netmask",  self.netmask,  "Netmask of its subnet; 255.255.255.0 is 0xffffff00.")
-        self.add_storage("gateway",  self.gateway,  "IPv4 address of the gateway to other subnets; 0: there is none, and "
-                                                    "all hosts are looked for on the same wire.")
+        self.add_storage("gateway",  self.gateway,  "IPv4 address of the gateway to other subnets; 0: there is none, "
+                                                    "and all hosts are looked for on the same wire.")
         self.add_storage("address",  self.address,  "IPv4 address of the device; 192.168.1.50 is 0xc0a80132. While its "
                                                     "highest byte is 0, nothing is received or sent.")
 
