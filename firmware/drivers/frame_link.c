@@ -112,6 +112,16 @@ static status_t stop_everything(frame_link_t *link)
     return wait_while(is_writing);
 }
 
+/* The last one starts the network. */
+static void set_addresses(void)
+{
+    frame_link_mac_high_write(NETWORK_MAC_HIGH);
+    frame_link_mac_low_write(NETWORK_MAC_LOW);
+    frame_link_netmask_write(NETWORK_NETMASK);
+    frame_link_gateway_write(NETWORK_GATEWAY);
+    frame_link_address_write(NETWORK_ADDRESS);
+}
+
 status_t frame_link_init(frame_link_t *link, uint8_t *mailbox)
 {
     status_t status;
@@ -126,7 +136,7 @@ status_t frame_link_init(frame_link_t *link, uint8_t *mailbox)
             .max_chunks      = (uint16_t)frame_link_max_chunks_read(),
             .mailbox_entries = (uint8_t)frame_link_mailbox_entries_read(),
             .alignment       = (uint16_t)frame_link_alignment_read(),
-            .address         = frame_link_address_read(),
+            .address         = NETWORK_ADDRESS,
             .port            = (uint16_t)frame_link_port_read(),
             .streaming       = frame_link_streaming_read() != 0,
         },
@@ -142,6 +152,7 @@ status_t frame_link_init(frame_link_t *link, uint8_t *mailbox)
     if (status != STATUS_OK) {
         return status;
     }
+    set_addresses();
     frame_link_mailbox_base_write((uint32_t)(uintptr_t)mailbox);
     link->produced = (uint8_t)frame_link_mailbox_produced_read();
     link->consumed = link->produced;

@@ -19,7 +19,7 @@
 #include "litestereo/status.h"
 
 /** Version of the registers that this driver supports, major x 256 + minor. */
-#define FRAME_LINK_VERSION 0x0002u
+#define FRAME_LINK_VERSION 0x0003u
 
 /** Largest alignment of bases that this firmware lays memory out for, in bytes. */
 #define FRAME_LINK_MAX_ALIGNMENT 64u
@@ -40,7 +40,7 @@ typedef struct {
     uint16_t max_chunks;       /**< Most chunks of a frame, both images; a multiple of 32. */
     uint8_t  mailbox_entries;  /**< Messages that the mailbox holds, a power of two, FRAME_LINK_MAX_ENTRIES at most. */
     uint16_t alignment;        /**< Bytes, a power of two: of base addresses. */
-    uint32_t address;          /**< The device's IPv4 address; 192.168.1.50 is 0xc0a80132. */
+    uint32_t address;          /**< The device's IPv4 address, of the SoC's constants; 192.168.1.50 is 0xc0a80132. */
     uint16_t port;             /**< The device's UDP port. */
     bool     streaming;        /**< Pixels can go from datagrams directly to the matcher, and maps back. */
 } frame_link_capabilities_t;
@@ -74,7 +74,7 @@ typedef struct {
     uint8_t                   consumed;      /**< Messages dropped so far, modulo 256. */
 } frame_link_t;
 
-/** Reads the capabilities, stops the gateware, and lets it receive messages.
+/** Reads the capabilities, stops the gateware, tells it the device's addresses, and lets it receive messages.
  *
  * `mailbox` is memory of FRAME_LINK_MAILBOX_SIZE bytes, aligned to FRAME_LINK_MAX_ALIGNMENT, for the gateware alone.
  * STATUS_BAD_ARGUMENT if it is not aligned, STATUS_UNSUPPORTED if the SoC has no frame link that this driver supports,

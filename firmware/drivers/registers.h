@@ -34,7 +34,6 @@ READS(frame_link_slots)
 READS(frame_link_max_chunks)
 READS(frame_link_mailbox_entries)
 READS(frame_link_alignment)
-READS(frame_link_address)
 READS(frame_link_port)
 READS(frame_link_slot_status)
 READS(frame_link_arrived)
@@ -51,6 +50,11 @@ READS(frame_link_uploads_unfit)
 READS(frame_link_chunks_received)
 READS(frame_link_chunks_repeated)
 READS(frame_link_chunks_while_matching)
+WRITES(frame_link_mac_high)
+WRITES(frame_link_mac_low)
+WRITES(frame_link_netmask)
+WRITES(frame_link_gateway)
+WRITES(frame_link_address)
 WRITES(frame_link_control)
 WRITES(frame_link_token)
 WRITES(frame_link_peer_address)
@@ -85,6 +89,17 @@ WRITES(frame_link_send_control)
 #define CSR_FRAME_LINK_SEND_CONTROL_ABORT_OFFSET 0
 #define CSR_FRAME_LINK_SEND_STATUS_REPLY_BUSY_OFFSET 0
 #define CSR_FRAME_LINK_SEND_STATUS_RUN_BUSY_OFFSET 0
+
+#endif
+
+/* A SoC with a frame link has constants with its addresses. */
+#ifndef NETWORK_ADDRESS
+
+#define NETWORK_MAC_HIGH 0
+#define NETWORK_MAC_LOW  0
+#define NETWORK_NETMASK  0
+#define NETWORK_GATEWAY  0
+#define NETWORK_ADDRESS  0
 
 #endif
 

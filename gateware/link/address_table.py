@@ -6,14 +6,13 @@
 from migen import *
 
 from litex.gen import *
-from litex.gen.genlib.misc import WaitTimer
 
 from litex.soc.interconnect import stream
 
-from liteeth.common   import arp_table_request_layout, arp_table_response_layout, ethernet_type_arp
-from liteeth.core.arp import LiteEthARPRX, LiteEthARPTX, _arp_table_layout
+from liteeth.common import arp_table_request_layout, arp_table_response_layout
 
 from ..common.parameters import check
+from .headers            import arp_layout
 
 # Address Table ------------------------------------------------------------------------------------
 
@@ -44,8 +43,8 @@ class AddressTable(LiteXModule):
     REFRESH_S = 1
 
     def __init__(self, clk_freq, entries=4):
-        self.sink     = stream.Endpoint(_arp_table_layout)          # ARP messages that have arrived; ready is not used.
-        self.source   = stream.Endpoint(_arp_table_layout)          # ARP messages to send.
+        self.sink     = stream.Endpoint(arp_layout())               # ARP messages that have arrived; ready is not used.
+        self.source   = stream.Endpoint(arp_layout())               # ARP messages to send.
         self.request  = stream.Endpoint(arp_table_request_layout)   # Address of the next datagram.
         self.response = stream.Endpoint(arp_table_response_layout)  # Its MAC address, or that it has to be dropped.
         self.latency  = None                                        # Depends on the network.
@@ -55,8 +54,8 @@ class AddressTable(LiteXModule):
 
         # # #
 
-        self.add_entries(entries)
         self.add_arrivals()
+        self.add_entries(entries)
         self.add_waits(clk_freq)
         self.add_fsm()
 
@@ -64,8 +63,9 @@ class AddressTable(LiteXModule):
         self.known  = Array(Signal(name=f"known{n}") for n in range(entries)) # The entry is in use.
         self.fresh  = Array(Signal(name=f"fresh{n}") for n in range(entries)) # Asked in the current period.
         self.index  = Signal(max=entries)                                     # Entry under inspection.
+        self.place  = Signal(max=entries)                                     # Entry that was asked for last.
         self.oldest = Signal(max=entries)                                     # Entry that makes room.
-        self.last   = Signal()
+        self.asked  = Signal(32)                                              # Address that was asked for last.
         self.entry  = Record([("ip_address", 32), ("mac_address", 48)])
         memory      = Memory(len(self.entry.raw_bits()), entries)
         self.write  = memory.get_port(write_capable=True)
@@ -73,9 +73,10 @@ class AddressTable(LiteXModule):
         self.specials += memory, self.write, self.read
         self.comb += [
             self.read.adr.eq(self.index),
-            self.write.adr.eq(self.index),
+            self.write.adr.eq(self.place),
+            self.write.dat_w.eq(Cat(self.asked, self.arrived.mac_address)),
             self.entry.raw_bits().eq(self.read.dat_r),
-            self.last.eq(self.index == entries - 1),
+            self.response.mac_address.eq(self.entry.mac_address),
         ]
 
     def add_arrivals(self):
@@ -97,54 +98,60 @@ class AddressTable(LiteXModule):
         ]
 
     def add_waits(self, clk_freq):
-        limit        = self.REST*int(clk_freq*self.WAIT_S)
-        self.waiting = Signal()                          # A datagram waits for the answer.
-        self.debt    = Signal(max=limit + self.REST + 1) # Clocks of rest that are due.
+        """Count in steps of 2**n clocks: some hundreds of them are a wait."""
+        wait_clocks  = int(clk_freq*self.WAIT_S)
+        self.bits    = bits = max(0, wait_clocks.bit_length() - 9)
+        # The step in which a wait begins counts as a whole one.
+        limit        = self.REST*((wait_clocks >> bits) + 2)
+        self.waiting = Signal()                          # A datagram waits for the answer,
+        self.begins  = Signal()                          # from the next clock on.
+        self.debt    = Signal(max=limit + self.REST + 1) # Steps of rest that are due.
         self.rested  = Signal()
         self.expired = Signal()
-        self.sync += [
-            If(self.waiting,
-                If(~self.expired, self.debt.eq(self.debt + self.REST))
-            ).Elif(~self.rested,
-                self.debt.eq(self.debt - 1)
-            ),
-        ]
+        step         = Signal()
+        change       = Signal(len(self.debt))
+        count        = Signal(bits + 1)
+        period       = Signal(max=max(2, int(self.REFRESH_S*clk_freq) >> bits))
+        self.ended   = Signal() # A period has ended.
         self.comb += [
+            step.eq(count[bits]),
             self.rested.eq(self.debt == 0),
             self.expired.eq(self.debt >= limit),
+            change.eq(Mux(self.waiting | self.begins, self.REST, 2**len(change) - 1)),
+            self.ended.eq(step & (period == 0)),
         ]
-        self.period = WaitTimer(self.REFRESH_S*clk_freq)
-        self.comb  += self.period.wait.eq(~self.period.done)
+        self.sync += [
+            count.eq(count[:bits] + 1 if bits else 1),
+            If(self.begins | (step & Mux(self.waiting, ~self.expired, ~self.rested)),
+                self.debt.eq(self.debt + change)
+            ),
+            If(step,
+                period.eq(period - 1),
+                If(period == 0,
+                    period.eq((int(self.REFRESH_S*clk_freq) >> bits) - 1)
+                )
+            ),
+        ]
 
     def add_fsm(self):
-        arrived, entry, index, response = self.arrived, self.entry, self.index, self.response
+        arrived, entry, index, request, response = self.arrived, self.entry, self.index, self.request, self.response
 
-        asked    = Signal(32) # Address that was asked for last.
-        pending  = Signal()   # It has not answered.
-        wanted   = Signal(32) # Address that is searched.
-        storing  = Signal()   # Searched for an answer, not for a datagram.
-        ask      = Signal()   # Ask when the datagram has been served.
-        failed   = Signal()
-        expected = Signal()
-        self.comb += [
-            expected.eq(pending & (arrived.ip_address == asked)),
-            response.failed.eq(failed),
-            self.write.dat_w.eq(Cat(asked, arrived.mac_address)),
-        ]
-        self.sync += If(self.period.done, *[fresh.eq(0) for fresh in self.fresh])
+        pending = Signal() # The address that was asked for has not answered.
+        ask     = Signal() # Ask when the datagram has been served.
+        adds    = Signal() # Its answer makes a new entry.
+        failed  = Signal()
+        self.comb += response.failed.eq(failed)
+        self.sync += If(self.ended, *[fresh.eq(0) for fresh in self.fresh])
 
         self.fsm = fsm = FSM(reset_state="IDLE")
         fsm.act("IDLE",
             NextValue(index, 0),
-            NextValue(storing, 0),
             NextValue(ask, 0),
             If(arrived.request,
                 NextState("REPLY")
             ).Elif(arrived.reply,
-                NextValue(storing, 1),
-                NextValue(wanted, arrived.ip_address),
-                If(expected,
-                    NextState("SEARCH")
+                If(pending & (arrived.ip_address == self.asked),
+                    NextState("STORE")
                 ).Else(
                     self.done.eq(1)
                 )
@@ -154,36 +161,22 @@ class AddressTable(LiteXModule):
                     NextValue(failed, 1),
                     NextState("RESPOND")
                 )
-            ).Elif(self.request.valid,
-                NextValue(wanted, self.request.ip_address),
+            ).Elif(request.valid,
                 NextState("SEARCH")
             )
         )
         fsm.act("REPLY",
             self.source.valid.eq(1),
-            self.source.reply.eq(1),
-            self.source.ip_address.eq(arrived.ip_address),
-            self.source.mac_address.eq(arrived.mac_address),
             If(self.source.ready,
                 self.done.eq(1),
                 NextState("IDLE")
             )
         )
         fsm.act("SEARCH",
-            If(self.known[index] & (entry.ip_address == wanted),
-                If(storing,
-                    NextState("STORE")
-                ).Else(
-                    NextState("FOUND")
-                )
-            ).Elif(self.last,
-                If(storing,
-                    NextValue(index, self.oldest),
-                    NextValue(self.oldest, self.oldest + 1),
-                    NextState("STORE")
-                ).Else(
-                    NextState("MISSED")
-                )
+            If(self.known[index] & (entry.ip_address == request.ip_address),
+                NextState("FOUND")
+            ).Elif(index == len(self.known) - 1,
+                NextState("MISSED")
             ).Else(
                 NextValue(index, index + 1)
             )
@@ -191,11 +184,14 @@ class AddressTable(LiteXModule):
         fsm.act("STORE",
             self.write.we.eq(1),
             self.done.eq(1),
-            NextValue(self.known[index], 1),
-            NextValue(self.fresh[index], 1),
+            NextValue(self.known[self.place], 1),
+            NextValue(self.fresh[self.place], 1),
+            NextValue(index, self.place),
             NextValue(pending, 0),
-            NextValue(response.mac_address, arrived.mac_address),
             NextValue(failed, 0),
+            If(adds,
+                NextValue(self.oldest, self.oldest + 1)
+            ),
             # The answer is for the waiting datagram, if there is one: nothing else is asked for meanwhile.
             NextValue(self.waiting, 0),
             If(self.waiting,
@@ -205,16 +201,23 @@ class AddressTable(LiteXModule):
             )
         )
         fsm.act("FOUND",
-            self.request.ready.eq(1),
-            NextValue(response.mac_address, entry.mac_address),
+            request.ready.eq(1),
             NextValue(failed, 0),
-            NextValue(ask, ~self.fresh[index]),
+            If(~self.fresh[index],
+                NextValue(ask, 1),
+                NextValue(self.asked, request.ip_address),
+                NextValue(self.place, index),
+                NextValue(adds, 0)
+            ),
             NextValue(self.fresh[index], 1),
             NextState("RESPOND")
         )
         fsm.act("MISSED",
-            self.request.ready.eq(1),
+            request.ready.eq(1),
             NextValue(failed, 1),
+            NextValue(self.asked, request.ip_address),
+            NextValue(self.place, self.oldest),
+            NextValue(adds, 1),
             If(self.rested,
                 NextState("ASK")
             ).Else(
@@ -225,12 +228,11 @@ class AddressTable(LiteXModule):
         fsm.act("ASK",
             self.source.valid.eq(1),
             self.source.request.eq(1),
-            self.source.ip_address.eq(wanted),
             If(self.source.ready,
-                NextValue(asked, wanted),
                 NextValue(pending, 1),
                 # Without a response before, a datagram waits.
                 NextValue(self.waiting, ~ask),
+                self.begins.eq(~ask),
                 NextState("IDLE")
             )
         )
@@ -244,19 +246,8 @@ class AddressTable(LiteXModule):
                 )
             )
         )
-
-# ARP ----------------------------------------------------------------------------------------------
-
-class ARP(LiteXModule):
-    """As LiteEthARP, with an `AddressTable`."""
-    def __init__(self, mac, mac_address, ip_address, clk_freq, dw):
-        self.tx    = tx    = LiteEthARPTX(mac_address, ip_address, dw)
-        self.rx    = rx    = LiteEthARPRX(mac_address, ip_address, dw)
-        self.table = table = AddressTable(clk_freq)
-        port       = mac.crossbar.get_port(ethernet_type_arp, dw=dw)
         self.comb += [
-            rx.source.connect(table.sink),
-            table.source.connect(tx.sink),
-            tx.source.connect(port.sink),
-            port.source.connect(rx.sink),
+            self.source.reply.eq(~self.source.request),
+            self.source.mac_address.eq(arrived.mac_address),
+            self.source.ip_address.eq(Mux(self.source.request, self.asked, arrived.ip_address)),
         ]

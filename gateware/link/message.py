@@ -26,7 +26,7 @@ MESSAGE_WORDS = MESSAGE_BYTES//4
 MAILBOX_ENTRY_BYTES = 2048 # Stride of the mailbox: an entry is a message and its sender.
 
 def datagram_description():
-    """Return the description of a datagram of LiteEth's UDP core.
+    """Return the description of a datagram, as LiteEth's UDP core has them.
 
     Words of 32 bits, the first byte in the low bits; `last_be` marks the last byte.
     """

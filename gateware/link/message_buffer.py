@@ -64,11 +64,10 @@ class MessageBuffer(LiteXModule):
         """Check a datagram while it comes: length, magic, CRC; keep its size and its sender."""
         sink      = self.buffer.source
         count     = Signal(12)      # Words of the datagram before this one; stays at its largest value.
-        announced = Signal(32)      # Bytes of payload, as the header says,
-        payload   = Signal(32)      # and the same, as early as the clock of the word that says so.
         tail      = Signal(3)       # Bytes of the last word.
         bytes     = Signal(14)      # Bytes up to this word,
-        expected  = Signal(33)      # and those that a message of this payload has.
+        expected  = Signal(12)      # and those that a message has, as its header says,
+        fits      = Signal()        # if its payload is no longer than a chunk.
         sound     = Signal(reset=1) # Nothing wrong so far.
         magic     = Signal()        # The first word begins with the magic number.
         sized     = Signal()        # It has the length of a message.
@@ -87,8 +86,6 @@ class MessageBuffer(LiteXModule):
             crc.ce.eq(self.moves_in),
             crc.reset.eq(self.judging),
             bytes.eq(Cat(C(0, 2), count) + tail),
-            payload.eq(Mux(count == HEADER_WORDS - 1, sink.data, announced)),
-            expected.eq(payload + FRAME_BYTES),
             magic.eq((count != 0) | (sink.data[:16] == MAGIC)),
             self.message.eq(sound & sized & ~crc.error),
             self.fifo.sink.bytes.eq(size),
@@ -98,8 +95,11 @@ class MessageBuffer(LiteXModule):
         self.sync += [
             If(self.moves_in,
                 sound.eq(sound & magic & (sink.error == 0)),
-                announced.eq(payload),
-                sized.eq((count >= HEADER_WORDS) & (bytes == expected) & (expected <= MESSAGE_BYTES)),
+                If(count == HEADER_WORDS - 1,
+                    expected.eq(sink.data[:11] + FRAME_BYTES),
+                    fits.eq((sink.data[11:] == 0) & (~sink.data[10] | (sink.data[:10] == 0)))
+                ),
+                sized.eq((count >= HEADER_WORDS) & (bytes == expected) & fits),
                 size.eq(bytes),
                 address.eq(sink.ip_address),
                 port.eq(sink.src_port),

@@ -9,174 +9,122 @@ from litex.gen import *
 
 from litex.soc.interconnect import stream
 
-from liteeth.common       import convert_ip, eth_fcs_length, eth_min_frame_length, eth_phy_description, ethernet_type_ip
-from liteeth.core.icmp    import LiteEthICMP
-from liteeth.core.ip      import LiteEthIPRX, LiteEthIPTX, LiteEthIPV4Crossbar
-from liteeth.core.udp     import LiteEthUDP, LiteEthUDPUserPort
-from liteeth.mac.common   import LiteEthMACCrossbar, LiteEthMACDepacketizer, LiteEthMACPacketizer
-from liteeth.mac.crc      import LiteEthMACCRC32Checker, LiteEthMACCRC32Inserter
-from liteeth.mac.gap      import LiteEthMACGap
-from liteeth.mac.last_be  import LiteEthMACRXLastBE, LiteEthMACTXLastBE
-from liteeth.mac.padding  import LiteEthMACPaddingInserter
-from liteeth.mac.preamble import LiteEthMACPreambleChecker, LiteEthMACPreambleInserter
-
 from ..common.crossing        import Crossing
-from ..common.stream_register import add_register, join
-from .address_table           import ARP
+from ..common.stream_register import add_register
+from .address_table           import AddressTable
+from .echo                    import Echo
+from .header_parser           import HeaderParser
+from .header_writer           import HeaderWriter
+from .headers                 import received_layout, sent_layout
+from .message                 import datagram_description
+from .wire_receiver           import WireReceiver
+from .wire_sender             import WireSender
 
-WORD_BITS = 32 # Between MAC and UDP: wide enough for a system clock that is slower than the wire's.
-
-# MAC Pipelines ------------------------------------------------------------------------------------
-
-class RegisteredChain(LiteXModule):
-    """A chain of cores in one clock domain, with registers before, between and after them.
-
-    Without the registers, the ready of a MAC's sender would run through preamble, CRC and converter in one clock, too
-    long for 125 MHz.
-
-    Parameters
-    ----------
-    clock_domain : str
-        Clock domain of the chain.
-    source, sink : stream.Endpoint
-        Stream that enters the chain, and stream that its last core feeds.
-    cores : list
-        The cores, in order; without any the chain is one register.
-    """
-    def __init__(self, clock_domain, source, sink, cores=()):
-        for core in [ClockDomainsRenamer(clock_domain)(core) for core in cores]:
-            self.submodules += core
-            add_register(self, source, core.sink, clock_domain)
-            source = core.source
-        add_register(self, source, sink, clock_domain)
-
-class MACSender(LiteXModule):
-    """Send Ethernet frames to the PHY: padding, CRC, preamble, gap."""
-    def __init__(self, phy):
-        byte, word   = eth_phy_description(8), eth_phy_description(WORD_BITS)
-        self.sink    = stream.Endpoint(word) # Ethernet frames, words of 32 bits in `sys`.
-        self.latency = None                  # Depends on both clocks and on the wire.
-
-        # # #
-
-        cores = [
-            stream.StrideConverter(word, byte),
-            LiteEthMACTXLastBE(8),
-            LiteEthMACPaddingInserter(8, eth_min_frame_length - eth_fcs_length),
-        ]
-        if getattr(phy, "with_preamble_crc", True):
-            cores += [LiteEthMACCRC32Inserter(byte), LiteEthMACPreambleInserter(8)]
-        cores.append(LiteEthMACGap(8))
-        self.crossing = crossing = Crossing(word.payload_layout, "sys", "eth_tx")
-        self.words    = RegisteredChain("sys", self.sink, crossing.sink)
-        self.bytes    = RegisteredChain("eth_tx", crossing.source, phy.sink, cores)
-
-class MACReceiver(LiteXModule):
-    """Receive Ethernet frames from the PHY; those with a wrong CRC are marked as errors."""
-    def __init__(self, phy):
-        byte, word   = eth_phy_description(8), eth_phy_description(WORD_BITS)
-        self.source  = stream.Endpoint(word) # Ethernet frames, words of 32 bits in `sys`.
-        self.latency = None                  # Depends on both clocks.
-
-        # # #
-
-        cores = [LiteEthMACRXLastBE(8), stream.StrideConverter(byte, word)]
-        if getattr(phy, "with_preamble_crc", True):
-            cores = [LiteEthMACPreambleChecker(8), LiteEthMACCRC32Checker(byte), *cores]
-        self.crossing = crossing = Crossing(word.payload_layout, "eth_rx", "sys")
-        self.bytes    = RegisteredChain("eth_rx", phy.source, crossing.sink, cores)
-        self.words    = RegisteredChain("sys", crossing.source, self.source)
-
-class MAC(LiteXModule):
-    """The sender and the receiver, with the interface of a MAC that LiteEth's protocols expect."""
-    def __init__(self, phy, pipelined):
-        self.sender       = sender       = MACSender(phy)
-        self.receiver     = receiver     = MACReceiver(phy)
-        self.crossbar     = crossbar     = LiteEthMACCrossbar(WORD_BITS)
-        self.packetizer   = packetizer   = LiteEthMACPacketizer(WORD_BITS)
-        self.depacketizer = depacketizer = LiteEthMACDepacketizer(WORD_BITS)
-        self.comb += [
-            packetizer.source.connect(sender.sink),
-            receiver.source.connect(depacketizer.sink),
-        ]
-        join(self, crossbar.master.source, packetizer.sink, pipelined)
-        join(self, depacketizer.source, crossbar.master.sink, pipelined)
-
-# IP -----------------------------------------------------------------------------------------------
-
-class IPSender(LiteEthIPTX):
-    """As LiteEthIPTX, but a packet that is dropped leaves no checksum behind.
-
-    LiteEth's sender resets the checksum of the header at the end of a packet that it sends, not of one that it drops
-    because ARP has failed. The next packet would have the checksum of the dropped one, and be thrown away by its host.
-    """
-    def __init__(self, mac_address, ip_address, arp_table, dw):
-        LiteEthIPTX.__init__(self, mac_address, ip_address, arp_table, dw=dw)
-        end = self.packetizer.source
-        self.comb += If(self.fsm.ongoing("DROP") & end.valid & end.last & end.ready, self.checksum.reset.eq(1))
-
-class IP(LiteXModule):
-    """As LiteEthIP, with a register after its receiver.
-
-    Without the register, the check of a header and the reaction of ICMP and UDP to it would be in one clock.
-    """
-    def __init__(self, mac, mac_address, ip_address, arp_table, pipelined):
-        self.tx       = tx       = IPSender(mac_address, ip_address, arp_table, dw=WORD_BITS)
-        self.rx       = rx       = LiteEthIPRX(mac_address, ip_address, with_broadcast=False, dw=WORD_BITS)
-        self.crossbar = crossbar = LiteEthIPV4Crossbar(WORD_BITS)
-        port          = mac.crossbar.get_port(ethernet_type_ip, WORD_BITS)
-        self.comb += [
-            tx.source.connect(port.sink),
-            port.source.connect(rx.sink),
-        ]
-        join(self, crossbar.master.source, tx.sink, pipelined)
-        if pipelined:
-            add_register(self, rx.source, crossbar.master.sink)
-        else:
-            self.buffer = buffer = stream.Buffer(rx.source.description)
-            self.comb += [
-                rx.source.connect(buffer.sink),
-                buffer.source.connect(crossbar.master.sink),
-            ]
+CROSSING_WORDS = 16 # More than pass while the pointers of a crossing are on their way.
 
 # Network ------------------------------------------------------------------------------------------
 
 class Network(LiteXModule):
-    """LiteEth's ARP, ICMP echo, IP and UDP with words of 32 bits in `sys`, on a PHY of a byte per clock.
+    """Datagrams of one UDP port on a PHY of a byte per clock: Ethernet, ARP, IPv4, UDP, and ICMP's echo.
+
+    The wire's bytes become words of 32 bits in the wire's clock domains; all else is in `sys`. Nothing is received or
+    sent until there is an IP address. It is reset with its clock domains alone, which a reset must hold for some
+    clocks.
 
     Parameters
     ----------
     phy
         LiteEth PHY, 8 bits wide, with its clock domains `eth_rx` and `eth_tx`.
-    mac_address, ip_address : int, str
-        Addresses of the device; the IP address as an int or in dots.
+    udp_port : int
+        UDP port of the device.
     clk_freq : int
-        Frequency of `sys` in Hz, for ARP's timeouts.
+        Frequency of `sys` in Hz, for ARP's timeouts; for 1 Gbit/s at least 50 MHz.
     with_icmp : bool
         Answer a ping. No other function needs it.
     pipelined : bool
-        Add registers for ready between the protocols, for a system clock of more than 60 MHz on an ECP5.
+        Add registers for ready at the datagrams, for a system clock of more than 60 MHz on an ECP5.
     """
-    def __init__(self, phy, mac_address, ip_address, clk_freq, with_icmp=True, pipelined=False):
-        self.ip_address = ip_address = convert_ip(ip_address)
-        self.pipelined  = pipelined
-        self.latency    = None # Depends on the wire, and on ARP.
+    def __init__(self, phy, udp_port, clk_freq, with_icmp=True, pipelined=False):
+        self.sink        = stream.Endpoint(datagram_description()) # Datagrams to send.
+        self.source      = stream.Endpoint(datagram_description()) # Datagrams to the port.
+        self.mac_address = Signal(48) # Of the device.
+        self.ip_address  = Signal(32) # Its IP address; while its first byte is 0, the network is off.
+        self.netmask     = Signal(32) # Of its subnet.
+        self.gateway     = Signal(32) # To other subnets; 0: none, their hosts are on the same wire.
+        self.latency     = None       # Depends on the wire, and on ARP.
 
         # # #
 
-        self.mac  = MAC(phy, pipelined)
-        self.arp  = ARP(self.mac, mac_address, ip_address, clk_freq, dw=WORD_BITS)
-        self.ip   = IP(self.mac, mac_address, ip_address, self.arp.table, pipelined)
+        self.parser = HeaderParser(udp_port)
+        self.writer = HeaderWriter()
+        self.table  = AddressTable(clk_freq)
+        on          = Signal()
+        self.sync  += on.eq(self.ip_address[24:] != 0)
+        for core in (self.parser, self.writer):
+            self.comb += [
+                core.on.eq(on),
+                core.mac_address.eq(self.mac_address),
+                core.ip_address.eq(self.ip_address),
+            ]
+        self.comb += [
+            self.writer.netmask.eq(self.netmask),
+            self.writer.gateway.eq(self.gateway),
+            self.parser.arp.connect(self.table.sink),
+            self.table.source.connect(self.writer.arp),
+            self.writer.request.connect(self.table.request),
+            self.table.response.connect(self.writer.response),
+        ]
+        self.add_wire(phy)
+        self.add_datagrams(pipelined)
         if with_icmp:
-            self.icmp = LiteEthICMP(self.ip, ip_address, dw=WORD_BITS)
-        self.udp  = LiteEthUDP(self.ip, ip_address, dw=WORD_BITS)
+            self.add_echo()
 
-    def get_port(self, udp_port):
-        """Return the UDP core's port for `udp_port`: `source` has the datagrams to it, `sink` takes those from it."""
-        port = self.udp.crossbar.get_port(udp_port, dw=WORD_BITS)
-        if not self.pipelined:
-            return port
-        user = LiteEthUDPUserPort(WORD_BITS)
-        add_register(self, user.sink,   port.sink)
-        add_register(self, port.source, user.source)
-        return user
+    def add_wire(self, phy):
+        """Add the paths from the wire and to it; each side of a crossing is a register."""
+        framed        = getattr(phy, "with_preamble_crc", True)
+        self.receiver = receiver = ClockDomainsRenamer("eth_rx")(WireReceiver(framed))
+        self.received = received = Crossing(received_layout(), "eth_rx", "sys", CROSSING_WORDS)
+        self.words    = words    = stream.Buffer(received_layout())
+        self.sender   = sender   = ClockDomainsRenamer("eth_tx")(WireSender(framed))
+        self.sent     = sent     = Crossing(sent_layout(), "sys", "eth_tx", CROSSING_WORDS)
+        self.written  = written  = stream.Buffer(sent_layout())
+        self.unsent   = unsent   = ClockDomainsRenamer("eth_tx")(stream.Buffer(sent_layout()))
+        self.comb += [
+            phy.source.connect(receiver.sink),
+            receiver.source.connect(received.sink),
+            received.source.connect(words.sink),
+            words.source.connect(self.parser.sink),
+            self.writer.source.connect(written.sink),
+            written.source.connect(sent.sink),
+            sent.source.connect(unsent.sink),
+            unsent.source.connect(sender.sink),
+            sender.source.connect(phy.sink),
+        ]
+
+    def add_datagrams(self, pipelined):
+        """Add the paths from the parser and to the writer."""
+        if pipelined:
+            add_register(self, self.sink, self.writer.sink)
+        else:
+            self.datagrams = datagrams = stream.Buffer(datagram_description())
+            self.comb += [
+                self.sink.connect(datagrams.sink),
+                datagrams.source.connect(self.writer.sink),
+            ]
+        self.comb += self.parser.source.connect(self.source)
+
+    def add_echo(self):
+        """Add the answer to a ping."""
+        parser, writer  = self.parser, self.writer
+        self.echo = echo = Echo()
+        self.comb += [
+            echo.word.eq(parser.echo_word),
+            echo.write.eq(parser.echo_write),
+            echo.begin.eq(parser.echo_begin),
+            echo.done.eq(parser.echo_done),
+            echo.bytes.eq(parser.echo_bytes),
+            echo.sender.eq(parser.sender),
+            echo.source.connect(writer.echo),
+            writer.echo_to.eq(echo.address),
+            writer.echo_bytes.eq(echo.length),
+        ]

@@ -37,8 +37,6 @@ class FrameLink(FrameLinkCSR, LiteXModule):
     ----------
     read_port, write_port : wishbone.Interface or LiteDRAMNativePort
         Memory ports, of at least 32 bits.
-    address : int
-        IPv4 address of the device.
     port : int
         UDP port of the device.
     slots, max_chunks
@@ -52,16 +50,21 @@ class FrameLink(FrameLinkCSR, LiteXModule):
     with_csr : bool
         Add the registers; without them the Signals of the cores are driven from outside.
     """
-    def __init__(self, read_port, write_port, address, port, slots=4, max_chunks=1024, mailbox_entries=8,
+    def __init__(self, read_port, write_port, port, slots=4, max_chunks=1024, mailbox_entries=8,
         burst_bytes=128, streaming=False, with_csr=True):
-        self.sink     = stream.Endpoint(datagram_description()) # Datagrams from LiteEth's UDP core.
+        self.sink     = stream.Endpoint(datagram_description()) # Datagrams from the network.
         self.source   = stream.Endpoint(datagram_description()) # Datagrams to it.
         self.pairs    = stream.Endpoint(pixel_pair_layout())    # Pairs of a streamed frame.
         self.map      = stream.Endpoint(disparity_layout())     # Its map, as it goes to memory; never stalls.
         self.matching = Signal()                                # The matcher is at work; for a counter.
         self.latency  = None                                    # Depends on memory and on the wire.
+        # Addresses for the network, from the registers.
+        self.mac_high = Signal(16) # MAC address of the device, its first 2 bytes,
+        self.mac_low  = Signal(32) # and the others.
+        self.netmask  = Signal(32) # Netmask of its subnet.
+        self.gateway  = Signal(32) # IPv4 address of the gateway, 0: none,
+        self.address  = Signal(32) # and of the device.
 
-        self.address         = address
         self.port            = port
         self.slots           = slots
         self.max_chunks      = max_chunks

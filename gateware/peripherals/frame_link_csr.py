@@ -8,7 +8,7 @@ from migen import *
 from litex.soc.interconnect.csr import *
 from litex.soc.integration.doc  import ModuleDoc
 
-LINK_VERSION = (0, 2) # Of the register interface: major, minor.
+LINK_VERSION = (0, 3) # Of the register interface: major, minor.
 
 STAGED_JOB = {
     "address":  "IPv4 address of the peer that gets the message.",
@@ -47,7 +47,8 @@ class FrameLinkCSR:
         Receives messages of the link protocol in UDP datagrams. UPLOADs are written to the slot of their frame; all
         other messages to the mailbox, for the software. Sends messages whose payload is in memory.
 
-        To begin: write ``mailbox_base``, then 1 to ``enable`` in ``control``. For each message in the mailbox: read it,
+        To begin: write ``mac_high``, ``mac_low``, ``netmask`` and ``gateway``, then ``address``, which starts the
+        network; write ``mailbox_base``, then 1 to ``enable`` in ``control``. For each message in the mailbox: read it,
         and write ``mailbox_consumed``. Entry n is at ``mailbox_base`` + (n modulo ``mailbox_entries``) x 2048: address
         of its sender (4 bytes), port (2), length of the message (2), message. Messages are whole, and their CRC is
         correct.
@@ -66,6 +67,7 @@ class FrameLinkCSR:
         A CPU with a data cache has to invalidate its lines of the mailbox before it reads a message.
         """)
         self.add_capabilities()
+        self.add_addresses()
         self.add_session()
         self.add_slots()
         self.add_mailbox()
@@ -96,8 +98,17 @@ class FrameLinkCSR:
         self.add_status("max_chunks",      16, self.max_chunks,       "Most chunks of a frame, both images.")
         self.add_status("mailbox_entries",  8, self.mailbox_entries,  "Messages that the mailbox holds.")
         self.add_status("alignment",       16, self.alignment,        "Bytes that each base is a multiple of.")
-        self.add_status("address",         32, self.address,          "IPv4 address of the device.")
         self.add_status("port",            16, self.port,             "UDP port of the device.")
+
+    def add_addresses(self):
+        """Add the addresses of the device, which are 0 after a reset."""
+        self.add_storage("mac_high", self.mac_high, "MAC address of the device; of 10:e2:d5:00:00:02 this is 0x10e2,")
+        self.add_storage("mac_low",  self.mac_low,  "and this 0xd5000002.")
+        self.add_storage("netmask",  self.netmask,  "Netmask of its subnet; 255.255.255.0 is 0xffffff00.")
+        self.add_storage("gateway",  self.gateway,  "IPv4 address of the gateway to other subnets; 0: there is none, "
+                                                    "and all hosts are looked for on the same wire.")
+        self.add_storage("address",  self.address,  "IPv4 address of the device; 192.168.1.50 is 0xc0a80132. While its "
+                                                    "highest byte is 0, nothing is received or sent.")
 
     def add_session(self):
         """Add the switch and the session."""

@@ -5,6 +5,8 @@
 
 from migen import *
 
+from liteeth.common import convert_ip
+
 from ...gateware.common.parameters      import check
 from ...gateware.link.network           import Network
 from ...gateware.peripherals.frame_link import FrameLink
@@ -13,15 +15,18 @@ from .add_stereo                        import BusPorts
 UDP_PORT    = 19539 # As in docs/protocol.md.
 MAC_ADDRESS = 0x10e2d5000002
 IP_ADDRESS  = "192.168.1.50"
+NETMASK     = "255.255.255.0"
+GATEWAY     = "0.0.0.0" # None.
 
 # Frame Link Mixin ---------------------------------------------------------------------------------
 
 class FrameLinkMixin:
     """Gives a LiteX SoC the method `add_frame_link`: `class MySoC(FrameLinkMixin, SoCCore)`."""
 
-    def add_frame_link(self, phy, name="frame_link", mac_address=MAC_ADDRESS, ip_address=IP_ADDRESS, udp_port=UDP_PORT,
-        max_chunks=1024, memory=None, burst_bytes=128, streaming=None, with_icmp=True, pipelined=False):
-        """Add the path of frames between Ethernet and memory: LiteEth's UDP core and a `FrameLink`.
+    def add_frame_link(self, phy, name="frame_link", mac_address=MAC_ADDRESS, ip_address=IP_ADDRESS, netmask=NETMASK,
+        gateway=GATEWAY, udp_port=UDP_PORT, max_chunks=1024, memory=None, burst_bytes=128, streaming=None,
+        with_icmp=True, pipelined=False):
+        """Add the path of frames between Ethernet and memory: a `Network` and a `FrameLink`.
 
         Parameters
         ----------
@@ -29,8 +34,11 @@ class FrameLinkMixin:
             LiteEth PHY, 8 bits wide, a module of this SoC.
         name : str
             Name of the peripheral, and prefix of its registers.
-        mac_address, ip_address, udp_port
-            Addresses of the device.
+        mac_address, ip_address, netmask, gateway
+            Addresses of the device, as ints or in dots; a gateway of 0.0.0.0 is none. The firmware writes them to the
+            peripheral's registers.
+        udp_port : int
+            UDP port of the device.
         max_chunks : int
             Most chunks of 1024 bytes of a pair of images; a power of 2.
         memory : object with `get_port(mode=...)`, optional
@@ -53,20 +61,26 @@ class FrameLinkMixin:
             "streamed frames need a matcher in the clock domain sys: set streaming to False.")
         if memory is None:
             memory = BusPorts(self, name)
-        network = Network(phy, mac_address, ip_address, self.clk_freq, with_icmp, pipelined)
+        for constant, address in [("ADDRESS", ip_address), ("NETMASK", netmask), ("GATEWAY", gateway)]:
+            self.add_constant(f"NETWORK_{constant}", convert_ip(address))
+        self.add_constant("NETWORK_MAC_HIGH", mac_address >> 32)
+        self.add_constant("NETWORK_MAC_LOW",  mac_address & 0xffffffff)
+        network = Network(phy, udp_port, self.clk_freq, with_icmp, pipelined)
         link    = FrameLink(
             read_port   = memory.get_port(mode="read"),
             write_port  = memory.get_port(mode="write"),
-            address     = network.ip_address,
             port        = udp_port,
             max_chunks  = max_chunks,
             burst_bytes = burst_bytes,
             streaming   = streaming,
         )
-        port = network.get_port(udp_port)
         self.comb += [
-            port.source.connect(link.sink),
-            link.source.connect(port.sink),
+            network.mac_address.eq(Cat(link.mac_low, link.mac_high)),
+            network.ip_address.eq(link.address),
+            network.netmask.eq(link.netmask),
+            network.gateway.eq(link.gateway),
+            network.source.connect(link.sink),
+            link.source.connect(network.sink),
         ]
         if stereo is not None:
             self.comb += link.matching.eq(stereo.busy)

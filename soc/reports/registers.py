@@ -20,14 +20,12 @@ from litex.soc.interconnect.csr              import CSRField, CSRStatus, CSRStor
 from litex.soc.interconnect.csr_eventmanager import EventManager
 from litex.soc.integration.doc               import ModuleDoc
 
-from liteeth.common import convert_ip
-
 from ...gateware.common.parameters             import MatcherParameters
 from ...gateware.peripherals.frame_link        import FrameLink
 from ...gateware.peripherals.stereo_peripheral import StereoPeripheral
 from ..build.pages                             import Page
 from ..build.paths                             import PACKAGE_DIR, content_key
-from ..parts.add_frame_link                    import IP_ADDRESS, UDP_PORT
+from ..parts.add_frame_link                    import UDP_PORT
 
 DOCS     = PACKAGE_DIR / "docs"
 DOCUMENT = DOCS / "registers.md"
@@ -51,7 +49,7 @@ def default_peripheral() -> StereoPeripheral:
 
 def default_frame_link() -> FrameLink:
     """Return the frame link with its default parameters, on the same ports."""
-    return FrameLink(*wishbone_ports(), convert_ip(IP_ADDRESS), UDP_PORT)
+    return FrameLink(*wishbone_ports(), UDP_PORT)
 
 def wishbone_ports() -> list[wishbone.Interface]:
     """Return two ports: the first reads, the second writes."""

@@ -25,7 +25,7 @@ SUBSTITUTES = (FIRMWARE / "drivers" / "registers.h").read_text()
 PERIPHERALS = {
     "ctrl":         SoCController,
     "flash":        SPIMaster,
-    "frame_link":   lambda: FrameLink(*wishbone_ports(), 0xc0a80132, 19539, streaming=True),
+    "frame_link":   lambda: FrameLink(*wishbone_ports(), 19539, streaming=True),
     "reset_record": ResetRecord,
     "stereo":       default_peripheral,
     "watchdog0":    lambda: Watchdog(32, Signal(), 10),

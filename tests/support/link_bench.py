@@ -43,7 +43,7 @@ class LinkInRAM(LiteXModule):
     """
     def __init__(self, data_width: int) -> None:
         self.ram    = ram  = WideRAM(MEMORY_BYTES, data_width)
-        self.link   = link = FrameLink(ram.get_port("read"), ram.get_port("write"), ADDRESS, PORT, SLOTS, MAX_CHUNKS,
+        self.link   = link = FrameLink(ram.get_port("read"), ram.get_port("write"), PORT, SLOTS, MAX_CHUNKS,
                                        streaming=True, with_csr=False)
         self.sink   = stream.Endpoint(WIRE)
         self.source = stream.Endpoint([*WIRE, ("length", 16)])

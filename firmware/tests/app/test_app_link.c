@@ -69,7 +69,6 @@ static void test_udp(void)
     REQUIRE(strstr(type("info\r"), "udp") == NULL && strstr(type("stats\r"), "datagrams_received: 0\r\n") != NULL);
     fake_frame_link.version = FRAME_LINK_VERSION;
     fake_frame_link.send    = send_nothing;
-    fake_frame_link.address = 0xc0a80132;
     fake_frame_link.port    = 50000;
     boot();
     REQUIRE(strstr(out, "no UDP") == NULL);

@@ -162,7 +162,6 @@ static status_t start_link(void)
     expect_read("max_chunks", 96);
     expect_read("mailbox_entries", 8);
     expect_read("alignment", ALIGNMENT);
-    expect_read("address", 0);
     expect_read("port", 0);
     expect_read("streaming", 0);
     if (!is_in_ram((uintptr_t)mailbox, sizeof(mailbox))) {
@@ -177,6 +176,11 @@ static status_t start_link(void)
     expect_write("stream_control", 2);
     expect_read("stream_status", 0);
     expect_read("slot_status", 0);
+    expect_write("mac_high", 0x10e2);
+    expect_write("mac_low", 0xd5000002);
+    expect_write("netmask", 0xffffff00);
+    expect_write("gateway", 0xc0a80101);
+    expect_write("address", 0xc0a80132);
     expect_write("mailbox_base", (uint32_t)(uintptr_t)mailbox);
     expect_read("mailbox_produced", 0);
     expect_write("mailbox_consumed", 0);

@@ -48,7 +48,6 @@ static void expect_capabilities(const built_t *built)
     expect_read("max_chunks", built->max_chunks);
     expect_read("mailbox_entries", built->entries);
     expect_read("alignment", built->alignment);
-    expect_read("address", 0xc0a80132);
     expect_read("port", 0xabcd);
     expect_read("streaming", streaming);
 }
@@ -70,6 +69,11 @@ static void expect_closing(void)
 
 static void expect_start(uint8_t produced)
 {
+    expect_write("mac_high", 0x10e2);
+    expect_write("mac_low", 0xd5000002);
+    expect_write("netmask", 0xffffff00);
+    expect_write("gateway", 0xc0a80101);
+    expect_write("address", 0xc0a80132);
     expect_write("mailbox_base", (uint32_t)(uintptr_t)mailbox);
     expect_read("mailbox_produced", produced);
     expect_write("mailbox_consumed", produced);

@@ -24,7 +24,7 @@
 /* Datagrams of a burst that are sent per step of time. */
 #define DATAGRAMS_PER_STEP 32
 
-fake_frame_link_t fake_frame_link = {.max_chunks = 1024, .address = 0xc0a80132, .port = PROTOCOL_UDP_PORT};
+fake_frame_link_t fake_frame_link = {.max_chunks = 1024, .port = PROTOCOL_UDP_PORT};
 
 typedef struct {
     bool      busy;
@@ -273,7 +273,6 @@ uint8_t  frame_link_slots_read(void)                 { return SLOTS; }
 uint16_t frame_link_max_chunks_read(void)            { return fake_frame_link.max_chunks; }
 uint8_t  frame_link_mailbox_entries_read(void)       { return ENTRIES; }
 uint16_t frame_link_alignment_read(void)             { return ALIGNMENT; }
-uint32_t frame_link_address_read(void)               { return fake_frame_link.address; }
 uint16_t frame_link_port_read(void)                  { return fake_frame_link.port; }
 uint8_t  frame_link_mailbox_produced_read(void)      { return regs.produced; }
 uint32_t frame_link_datagrams_received_read(void)    { return regs.received; }
@@ -290,6 +289,11 @@ uint32_t frame_link_chunks_while_matching_read(void) { return regs.while_matchin
 void frame_link_stream_frame_id_write(uint32_t value) { fake_stream_staged.frame_id = value; }
 void frame_link_stream_pixels_write(uint32_t value)   { fake_stream_staged.pixels = value; }
 void frame_link_stream_sequence_write(uint32_t value) { fake_stream_staged.sequence = value; }
+void frame_link_mac_high_write(uint16_t value)        { (void)value; }
+void frame_link_mac_low_write(uint32_t value)         { (void)value; }
+void frame_link_netmask_write(uint32_t value)         { (void)value; }
+void frame_link_gateway_write(uint32_t value)         { (void)value; }
+void frame_link_address_write(uint32_t value)         { (void)value; }
 void frame_link_control_write(uint8_t value)          { regs.enable = (value & 1) != 0; }
 void frame_link_token_write(uint32_t value)           { regs.token = value; }
 void frame_link_slot_frame_id_write(uint32_t value)   { regs.frame_id = value; }

@@ -19,7 +19,6 @@
 typedef struct {
     uint16_t version;     /**< 0, the default, if there is no frame link. */
     uint16_t max_chunks;  /**< A multiple of 32. */
-    uint32_t address;     /**< IPv4. */
     uint16_t port;        /**< UDP. */
     bool     streaming;   /**< Streaming is built. */
     unsigned skips;       /**< One in this many parts of streamed maps, at random, is never sent; 0 for none. */

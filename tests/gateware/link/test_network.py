@@ -11,7 +11,7 @@ import struct
 
 import numpy as np
 import pytest
-from liteeth.common import eth_phy_description
+from liteeth.common import convert_ip, eth_phy_description
 from litex.gen import LiteXModule
 from litex.soc.interconnect import stream
 from migen import ClockDomain, ClockSignal, ResetSignal, Signal
@@ -20,7 +20,7 @@ from litestereo.gateware.link.network import Network
 from litestereo.gateware.peripherals.frame_link import FrameLink
 from litestereo.host_tools.protocol.messages import Message, MessageType
 from litestereo.sim.cores.stream_core import StreamCore
-from litestereo.soc.parts.add_frame_link import IP_ADDRESS, MAC_ADDRESS, UDP_PORT
+from litestereo.soc.parts.add_frame_link import IP_ADDRESS, MAC_ADDRESS, NETMASK, UDP_PORT
 from litestereo.soc.parts.wide_ram import WideRAM
 from support.ethernet_frames import (
     BROADCAST,
@@ -63,15 +63,16 @@ class Device(LiteXModule):
     def __init__(self, with_preamble_crc: bool) -> None:
         self.wire    = wire = Wire(with_preamble_crc)
         # Each form of the network has one kind of wire.
-        self.network = Network(wire, MAC_ADDRESS, IP_ADDRESS, clk_freq=1000000, pipelined=with_preamble_crc)
+        self.network = network = Network(wire, UDP_PORT, clk_freq=1000000, pipelined=with_preamble_crc)
         self.ram     = ram  = WideRAM(1 << 15)
-        self.link    = link = FrameLink(ram.get_port("read"), ram.get_port("write"), self.network.ip_address, UDP_PORT,
-                                        with_csr=False)
-        port = self.network.get_port(UDP_PORT)
+        self.link    = link = FrameLink(ram.get_port("read"), ram.get_port("write"), UDP_PORT, with_csr=False)
         self.sink, self.source = stream.Endpoint([("data", 8)]), stream.Endpoint([("data", 8)])
         self.comb += [
-            port.source.connect(link.sink),
-            link.source.connect(port.sink),
+            network.mac_address.eq(MAC_ADDRESS),
+            network.ip_address.eq(convert_ip(IP_ADDRESS)),
+            network.netmask.eq(convert_ip(NETMASK)),
+            network.source.connect(link.sink),
+            link.source.connect(network.sink),
             self.sink.connect(wire.source, keep={"valid", "ready", "last", "data"}),
             wire.sink.connect(self.source, keep={"valid", "ready", "last", "data"}),
             link.sorter.enable.eq(1),

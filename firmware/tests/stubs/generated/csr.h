@@ -91,6 +91,11 @@ uint32_t stereo_ev_pending_read(void);
 #define CSR_FRAME_LINK_STREAM_CONTROL_CLOSE_OFFSET 1
 #define CSR_FRAME_LINK_STREAM_STATUS_OPEN_OFFSET 0
 
+void frame_link_mac_high_write(uint16_t value);
+void frame_link_mac_low_write(uint32_t value);
+void frame_link_netmask_write(uint32_t value);
+void frame_link_gateway_write(uint32_t value);
+void frame_link_address_write(uint32_t value);
 void frame_link_control_write(uint8_t value);
 void frame_link_token_write(uint32_t value);
 void frame_link_peer_address_write(uint32_t value);
@@ -122,7 +127,6 @@ uint8_t frame_link_slots_read(void);
 uint16_t frame_link_max_chunks_read(void);
 uint8_t frame_link_mailbox_entries_read(void);
 uint16_t frame_link_alignment_read(void);
-uint32_t frame_link_address_read(void);
 uint16_t frame_link_port_read(void);
 uint8_t frame_link_slot_status_read(void);
 uint32_t frame_link_arrived_read(void);
