@@ -43,7 +43,7 @@ class FrameLinkMixin:
         with_icmp : bool
             Answer a ping.
         pipelined : bool
-            See `Network`.
+            See `Network` and `SlotTable`.
         """
         self.check_if_exists(name)
         stereo = getattr(self, "stereo", None)
@@ -51,6 +51,8 @@ class FrameLinkMixin:
             streaming = hasattr(stereo, "pairs")
         check(not streaming or hasattr(stereo, "pairs"),
             "streamed frames need a matcher in the clock domain sys: set streaming to False.")
+        # Only with SDRAM LiteX builds the bridge to the registers with registers: see `SlotTable`.
+        check(not pipelined or hasattr(self, "sdram"), "a pipelined frame link needs an SoC with SDRAM.")
         if memory is None:
             memory = BusPorts(self, name)
         network = Network(phy, mac_address, ip_address, self.clk_freq, with_icmp, pipelined)
@@ -62,6 +64,7 @@ class FrameLinkMixin:
             max_chunks  = max_chunks,
             burst_bytes = burst_bytes,
             streaming   = streaming,
+            pipelined   = pipelined,
         )
         port = network.get_port(udp_port)
         self.comb += [
