@@ -85,8 +85,6 @@ class BoardSoC(StereoSoC):
     def __init__(self, preset, platform=None, sys_clk_freq=None, **kwargs):
         check(self.matcher_clock or not preset.matcher_hz,
             f"the {self.board_name} has no clock for the matcher alone: leave out matcher_hz.")
-        check(not (preset.matcher_hz and preset.streaming),
-            "streamed frames go with the system's clock: leave out matcher_hz or streaming.")
         self.preset    = preset
         self.pipelined = preset.sys_clk_freq > UNPIPELINED_HZ
         soc_kwargs  = dict(
