@@ -34,9 +34,8 @@ class StereoPeripheralCrossing(PeripheralCSR, LiteXModule):
     Ports, registers and interrupts are in `sys`, and so are all Signals, which are named as those of
     `StereoPeripheral`; clocks are counted in `sys` too.
 
-    Pairs of a streamed frame and its map cross as well. The receiver of the map never stalls, but the matcher does while
-    the crossing is full. A frame ends when its map has left the crossing, and the pairs that were left over have been
-    discarded.
+    Pairs of a streamed frame and its map cross as well. The receiver of the map never stalls; the matcher does, while
+    the crossing is full. A frame ends when its map has left the crossing, and pairs that were left over are discarded.
 
     Parameters
     ----------

@@ -417,8 +417,9 @@ def test_pairs_of_the_next_streamed_frame_wait(bench):
         place = 0
         for _ in range(60000):
             mine = place < len(left)
-            bench.core.set(pairs_valid=1, pairs_left=left[place] if mine else 77, pairs_right=right[place] if mine else 9,
-                           pairs_first=int(place in (0, len(left))), pairs_last=int(place == len(left) - 1))
+            bench.core.set(pairs_valid=1, pairs_left=left[place] if mine else 77,
+                           pairs_right=right[place] if mine else 9, pairs_first=int(place in (0, len(left))),
+                           pairs_last=int(place == len(left) - 1))
             if bench.core.get("pairs_ready"):
                 assert mine, "a pair of the next frame"
                 place += 1
