@@ -4,11 +4,13 @@
 # SPDX-License-Identifier: BSD-2-Clause
 
 from migen import *
-from migen.genlib.cdc import GrayCounter, MultiReg
+from migen.genlib.cdc import MultiReg
 
 from litex.gen import *
 
 from litex.soc.interconnect import stream
+
+from .crossing_reset import CrossingReset, GrayPointer
 
 # Crossing -----------------------------------------------------------------------------------------
 
@@ -19,18 +21,24 @@ class Crossing(LiteXModule):
     looks up whether there is a word, moves the address and reads the memory in one clock, which is too slow for the
     125 MHz of a wire. Put a register after it.
 
+    A reset of either domain empties it. It accepts nothing until both sides have agreed on that, which takes about a
+    dozen clocks of the slower one: see `CrossingReset`.
+
     Parameters
     ----------
     layout : list
         Payload of the stream.
     cd_from, cd_to : str
-        Clock domains; a reset must hold both for some clocks.
+        Clock domains.
     depth : int
         Room in items, a power of 2.
+    reset : CrossingReset, optional
+        Of both domains, if crossings share one.
     """
-    def __init__(self, layout, cd_from, cd_to, depth=32):
+    def __init__(self, layout, cd_from, cd_to, depth=32, reset=None):
         self.sink    = sink   = stream.Endpoint(layout) # In `cd_from`.
         self.source  = source = stream.Endpoint(layout) # In `cd_to`.
+        self.empty   = Signal()                         # In `cd_from`: all items have left.
         self.latency = None                             # Depends on both clocks.
 
         # # #
@@ -38,21 +46,27 @@ class Crossing(LiteXModule):
         # Pointers, one bit wider than an address: it tells full from empty.
         # ------------------------------------------------------------------
         bits    = log2_int(depth) + 1
-        produce = ClockDomainsRenamer(cd_from)(GrayCounter(bits))
-        consume = ClockDomainsRenamer(cd_to)(GrayCounter(bits))
+        produce = ClockDomainsRenamer(cd_from)(GrayPointer(bits))
+        consume = ClockDomainsRenamer(cd_to)(GrayPointer(bits))
         self.submodules += produce, consume
-        produced, consumed = Signal(bits), Signal(bits) # As the other side sees them.
+        produced = Signal(bits) # The same, as the other side sees them.
+        consumed = Signal(bits)
         self.specials += [
             MultiReg(produce.q, produced, cd_to),
             MultiReg(consume.q, consumed, cd_from),
         ]
+        if reset is None:
+            self.reset = reset = CrossingReset(cd_from, cd_to)
         full = Signal()
         self.comb += [
+            produce.clear.eq(reset.clear[cd_from]),
+            consume.clear.eq(reset.clear[cd_to]),
             # `depth` apart: in Gray code the two highest bits differ, and no others.
             full.eq(produce.q == Cat(consumed[:-2], ~consumed[-2], ~consumed[-1])),
-            sink.ready.eq(~full),
+            sink.ready.eq(~full & ~reset.blocked[cd_from]),
+            self.empty.eq(produce.q == consumed),
             produce.ce.eq(sink.valid & sink.ready),
-            source.valid.eq(consume.q != produced),
+            source.valid.eq((consume.q != produced) & ~reset.blocked[cd_to]),
             consume.ce.eq(source.valid & source.ready),
         ]
 

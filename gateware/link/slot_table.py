@@ -42,8 +42,10 @@ class SlotTable(LiteXModule):
         Slots, 1 to 16.
     max_chunks : int
         Most chunks of a frame, both images; a power of 2, at least 32.
+    pipelined : bool
+        Add a register to `arrived`, for a system clock of more than 60 MHz on an ECP5.
     """
-    def __init__(self, slots=4, max_chunks=1024):
+    def __init__(self, slots=4, max_chunks=1024, pipelined=False):
         check(1 <= slots <= 16, f"slots must be 1 to 16, not {slots}.")
         check(max_chunks >= 32 and max_chunks & (max_chunks - 1) == 0,
             f"max_chunks must be a power of 2, at least 32, not {max_chunks}.")
@@ -62,7 +64,7 @@ class SlotTable(LiteXModule):
         self.set      = Signal()     # Mark it as arrived (pulse).
         # Which have arrived.
         self.arrived_index = Signal(16) # Word of the bitmaps to read: slot x (max_chunks // 32) + word.
-        self.arrived       = Signal(32) # That word, a clock later.
+        self.arrived       = Signal(32) # That word, a clock later; two if pipelined.
         self.missing       = Signal(16) # Chunks that its slot lacks, a clock later.
         self.latency       = None       # No stream.
 
@@ -76,23 +78,31 @@ class SlotTable(LiteXModule):
         self.chunk_word = Signal(max=slots*words) # Word of the bitmaps that has the chunk's bit,
         self.marked     = Signal(32)              # and that word with the bit set.
 
-        self.add_bitmaps()
+        self.add_bitmaps(pipelined)
         cleared = self.add_clearing()
         self.add_slots(max_chunks, cleared)
         self.add_verdict()
 
-    def add_bitmaps(self):
-        """Add a bit per chunk, with a port for chunks and clearing, and one for software."""
+    def add_bitmaps(self, pipelined):
+        """Add a bit per chunk, with a port for chunks and clearing, and one for software.
+
+        Block RAM takes half a clock of 75 MHz to show a word, so the verdict reads it from a register. Software may
+        read in the second clock after it has written the index, and then gets the word without a register. LiteX's
+        bridge of an SoC with SDRAM has registers, so there software reads in the third clock.
+        """
         memory        = Memory(32, len(self.slots)*self.words, name="arrived_chunks")
         update        = memory.get_port(write_capable=True, mode=READ_FIRST)
         software_port = memory.get_port(mode=READ_FIRST)
         self.update   = update
+        self.shown    = Signal(32) # Word that the memory has shown to the verdict.
         self.specials += memory, update, software_port
-        # No register after this port: software may read in the second clock after it has written the index.
-        self.comb += [
-            software_port.adr.eq(self.arrived_index),
-            self.arrived.eq(software_port.dat_r),
-        ]
+        self.sync     += self.shown.eq(update.dat_r)
+        self.comb     += software_port.adr.eq(self.arrived_index)
+        arrived        = self.arrived.eq(software_port.dat_r)
+        if pipelined:
+            self.sync += arrived
+        else:
+            self.comb += arrived
 
     def add_clearing(self):
         """Clear the bitmap of a slot before it opens, a word per clock; return the condition that it is done."""
@@ -164,7 +174,11 @@ class SlotTable(LiteXModule):
         self.sync += Case(shown, {n: self.missing.eq(slot.missing) for n, slot in enumerate(self.slots)})
 
     def add_verdict(self):
-        """Judge a chunk, with a register after each step; begin again while a bitmap is being cleared."""
+        """Judge a chunk, with a register after each step; begin again while a bitmap is being cleared.
+
+        The chunk's word of the bitmap is addressed from step 3 on, leaves the memory in step 4, and is in `shown` from
+        step 5 on; the verdict reads it in step 6.
+        """
         steps    = 7
         step     = Signal(max=steps + 1)
         finished = Signal()
@@ -182,7 +196,8 @@ class SlotTable(LiteXModule):
             ).Elif(~self.chunk.judged,
                 step.eq(step + 1)
             ),
-            If(~finished & ~self.chunk.judged,
+            # It holds until the chunk is marked: by then its slot may have been closed, and `word` be of another one.
+            If(self.chunk.judge & ~finished & ~self.chunk.judged,
                 self.chunk_word.eq(word)
             ),
             If(finished,
@@ -190,8 +205,8 @@ class SlotTable(LiteXModule):
                     hit & inside & (self.chunk.offset[:10] == 0) & (self.chunk.length == expected)),
                 self.found.eq(slot),
                 self.address.eq(base + self.chunk.offset),
-                self.chunk.repeated.eq((self.update.dat_r >> number[:5]) & 1),
-                self.marked.eq(self.update.dat_r | (1 << number[:5]))
+                self.chunk.repeated.eq((self.shown >> number[:5]) & 1),
+                self.marked.eq(self.shown | (1 << number[:5]))
             ),
         ]
 

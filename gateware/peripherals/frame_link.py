@@ -47,11 +47,13 @@ class FrameLink(FrameLinkCSR, LiteXModule):
         Bytes of a burst, to read or to write.
     streaming : bool
         Build what streamed frames need.
+    pipelined : bool
+        See `SlotTable`; the registers then need a bus bridge with registers, as that of an SoC with SDRAM.
     with_csr : bool
         Add the registers; without them the Signals of the cores are driven from outside.
     """
     def __init__(self, read_port, write_port, port, slots=4, max_chunks=1024, mailbox_entries=8,
-        burst_bytes=128, streaming=False, with_csr=True):
+        burst_bytes=128, streaming=False, pipelined=False, with_csr=True):
         self.sink     = stream.Endpoint(datagram_description()) # Datagrams from the network.
         self.source   = stream.Endpoint(datagram_description()) # Datagrams to it.
         self.pairs    = stream.Endpoint(pixel_pair_layout())    # Pairs of a streamed frame.
@@ -75,7 +77,7 @@ class FrameLink(FrameLinkCSR, LiteXModule):
         # # #
 
         self.buffer = buffer = MessageBuffer()
-        self.table  = table  = SlotTable(slots, max_chunks)
+        self.table  = table  = SlotTable(slots, max_chunks, pipelined)
         self.writer = writer = StreamWriter(write_port, 32, burst_bytes)
         self.gate   = gate   = PairGate() if streaming else None
         self.sorter = sorter = MessageSorter(table, writer, mailbox_entries, gate)

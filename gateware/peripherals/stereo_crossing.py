@@ -9,15 +9,21 @@ from migen.genlib.cdc import MultiReg
 from litex.gen import *
 from litex.gen.genlib.misc import WaitTimer
 
+from litex.soc.interconnect import stream
+
 from ..common                 import *
+from ..common.crossing        import Crossing
+from ..common.crossing_reset  import CrossingReset
 from ..common.pulse_crossing  import PulseCrossing
+from ..common.stream_register import add_register
 from ..matcher.frame_settings import frame_settings
 from ..memory.port_crossing   import PortCrossing
 from .stereo_csr              import PeripheralCSR
 from .stereo_peripheral       import ERROR_NONE, StereoPeripheral
 
 # Clocks of `sys` in which the settings are constant before the other side reads them. A level has crossed by then too:
-# its two registers, a clock for the phase and one to spare, of a clock with a quarter of the frequency.
+# its two registers, a clock for the phase and one to spare, of a clock with a quarter of the frequency. A level that
+# lasts as long is seen for three clocks of the other side at least.
 SETTLE_CLOCKS = (2 + 1 + 1)*4
 
 # Stereo Peripheral Crossing -----------------------------------------------------------------------
@@ -26,7 +32,10 @@ class StereoPeripheralCrossing(PeripheralCSR, LiteXModule):
     """A `StereoPeripheral` in another clock domain, as seen from `sys`: matcher and DMA need not wait for a slow CPU.
 
     Ports, registers and interrupts are in `sys`, and so are all Signals, which are named as those of
-    `StereoPeripheral`; clocks are counted in `sys` too. There are no streamed frames.
+    `StereoPeripheral`; clocks are counted in `sys` too.
+
+    Pairs of a streamed frame and its map cross as well. The receiver of the map never stalls; the matcher does, while
+    the crossing is full. A frame ends when its map has left the crossing, and pairs that were left over are discarded.
 
     Parameters
     ----------
@@ -35,19 +44,23 @@ class StereoPeripheralCrossing(PeripheralCSR, LiteXModule):
     parameters : MatcherParameters
         Of the matcher: see `StereoPeripheral`.
     clock_domain : str
-        Of matcher and DMA: a quarter of the frequency of `sys` at least. A reset must hold both for some clocks.
+        Of matcher and DMA: a quarter of the frequency of `sys` at least. A reset must reach both.
     burst_bytes, with_csr
         See `StereoPeripheral`.
     """
     def __init__(self, read_port, write_port, parameters, clock_domain, burst_bytes=128, with_csr=True):
-        self.read_crossing  = PortCrossing(read_port,  "read",  clock_domain, burst_bytes)
-        self.write_crossing = PortCrossing(write_port, "write", clock_domain, burst_bytes)
+        self.clock_domain   = clock_domain
+        self.reset          = CrossingReset("sys", clock_domain)
+        self.read_crossing  = PortCrossing(read_port,  "read",  clock_domain, burst_bytes, self.reset)
+        self.write_crossing = PortCrossing(write_port, "write", clock_domain, burst_bytes, self.reset)
         self.core = core = ClockDomainsRenamer(clock_domain)(StereoPeripheral(self.read_crossing, self.write_crossing,
-            parameters, burst_bytes, with_csr=False))
+            parameters, burst_bytes, with_csr=False, map_waits=True))
 
         self.parameters = parameters
         self.alignment  = core.alignment # Bytes.
 
+        self.pairs = stream.Endpoint(pixel_pair_layout()) # Pairs of a streamed frame, the first and the last marked.
+        self.map   = stream.Endpoint(disparity_layout())  # Its map; the receiver never stalls.
         for name, bits in frame_settings():
             setattr(self, name, Signal(bits, name=name))
         self.start            = Signal()   # Begin a frame (pulse). Ignored while busy.
@@ -62,22 +75,23 @@ class StereoPeripheralCrossing(PeripheralCSR, LiteXModule):
 
         # # #
 
-        begin     = Signal() # A frame is accepted: its settings are taken over.
-        aborted   = Signal() # The frame is to be given up, for as long as it is under way.
+        begin        = Signal() # A frame is accepted: its settings are taken over.
+        self.aborted = Signal() # The frame is to be given up, for as long as it is under way.
         started   = self.add_pulse("sys", clock_domain)
         done      = self.add_pulse(clock_domain, "sys")
         failed    = self.add_pulse(clock_domain, "sys")
         first_row = self.add_pulse(clock_domain, "sys")
-        self.specials += MultiReg(aborted, core.abort, clock_domain)
+        self.specials += MultiReg(self.aborted, core.abort, clock_domain)
         self.comb += [
             core.start.eq(started.o),
-            done.i.eq(core.done),
-            failed.i.eq(core.failed),
             first_row.i.eq(core.matcher.first_row),
         ]
         self.add_settings(begin)
-        self.add_clocks(aborted, first_row)
+        self.add_clocks(first_row)
         self.add_frame(begin, started, done, failed)
+        self.add_pairs(begin)
+        self.add_map()
+        self.add_end(done, failed)
         if with_csr:
             self.add_csr()
             self.add_irq()
@@ -89,14 +103,14 @@ class StereoPeripheralCrossing(PeripheralCSR, LiteXModule):
             self.sync += If(begin, held.eq(getattr(self, name)))
             self.comb += getattr(self.core, name).eq(held)
 
-    def add_clocks(self, aborted, first_row):
+    def add_clocks(self, first_row):
         """Count the clocks of a frame, and remember that it is to be given up."""
         self.sync += [
             If(self.busy,
                 self.clocks.eq(self.clocks + 1),
-                If(self.abort, aborted.eq(1))
+                If(self.abort, self.aborted.eq(1))
             ).Else(
-                aborted.eq(0)
+                self.aborted.eq(0)
             ),
             If(first_row.o,
                 self.first_row_clocks.eq(self.clocks)
@@ -107,9 +121,11 @@ class StereoPeripheralCrossing(PeripheralCSR, LiteXModule):
         """Begin a frame on the other side, and wait for its end."""
         self.settle = settle = WaitTimer(SETTLE_CLOCKS)
         self.fsm    = fsm    = FSM(reset_state="IDLE")
+        good        = Signal() # The map is in memory.
+        self.pairs_empty = Signal() # No pair is in the crossing.
         self.comb += [
             self.busy.eq(~fsm.ongoing("IDLE")),
-            settle.wait.eq(fsm.ongoing("SETTLE")),
+            settle.wait.eq(fsm.ongoing("SETTLE") | (fsm.ongoing("FLUSH") & self.pairs_empty)),
         ]
         fsm.act("IDLE",
             If(self.start,
@@ -127,20 +143,103 @@ class StereoPeripheralCrossing(PeripheralCSR, LiteXModule):
             )
         )
         fsm.act("FRAME",
-            If(done.o,
-                self.done.eq(1),
-                NextValue(self.frames, self.frames + 1),
-                NextState("IDLE")
-            ),
-            If(failed.o,
-                self.failed.eq(1),
-                NextValue(self.error_code, self.core.error_code),
-                NextState("IDLE")
+            NextValue(good, done.o),
+            If(done.o | failed.o,
+                If(self.core.streamed,
+                    NextState("FLUSH")
+                ).Else(
+                    NextState("END")
+                )
             )
         )
+        # As long as no pair is in the crossing, the other side discards those in its registers.
+        fsm.act("FLUSH",
+            If(settle.done,
+                NextState("END")
+            )
+        )
+        fsm.act("END",
+            If(good,
+                self.done.eq(1),
+                NextValue(self.frames, self.frames + 1)
+            ).Else(
+                self.failed.eq(1),
+                NextValue(self.error_code, self.core.error_code)
+            ),
+            NextState("IDLE")
+        )
+
+    def add_pairs(self, begin):
+        """Let the pairs of a streamed frame cross, up to its last one, and discard those that are left over."""
+        self.pair_crossing = crossing = Crossing(pixel_pair_layout(), "sys", self.clock_domain, 16, self.reset)
+        arrived  = stream.Endpoint(pixel_pair_layout())
+        passes   = Signal() # Pairs of the frame are missing.
+        complete = Signal() # All have come.
+        flush    = Signal() # The frame is over: discard,
+        discards = Signal() # as the other side sees it.
+        first    = Signal(reset=1)
+        pairs    = self.core.pairs
+        add_register(self, crossing.source, arrived, self.clock_domain)
+        self.specials += MultiReg(flush, discards, self.clock_domain)
+        self.comb += [
+            passes.eq(self.fsm.ongoing("FRAME") & self.core.streamed & ~self.aborted & ~complete),
+            self.pairs.connect(crossing.sink, omit={"valid", "ready"}),
+            crossing.sink.valid.eq(self.pairs.valid & passes),
+            self.pairs.ready.eq(crossing.sink.ready & passes),
+            self.pairs_empty.eq(crossing.empty),
+            arrived.connect(pairs, omit={"valid", "ready", "first"}),
+            pairs.first.eq(first),
+            pairs.valid.eq(arrived.valid & ~discards),
+            arrived.ready.eq(pairs.ready | discards),
+        ]
+        self.sync += [
+            flush.eq(self.fsm.ongoing("FLUSH")),
+            If(self.pairs.valid & self.pairs.ready & self.pairs.last,
+                complete.eq(1)
+            ),
+            If(begin,
+                complete.eq(0)
+            ),
+        ]
+        sync  = getattr(self.sync, self.clock_domain)
+        sync += [
+            If(pairs.valid & pairs.ready,
+                first.eq(0)
+            ),
+            If(self.core.start,
+                first.eq(1)
+            ),
+        ]
+
+    def add_map(self):
+        """Let the map of a streamed frame cross; not what arrives after an abort."""
+        renamed = ClockDomainsRenamer(self.clock_domain)
+        self.map_crossing = crossing = Crossing(disparity_layout(), self.clock_domain, "sys", 16, self.reset)
+        self.map_ready    = ready    = renamed(stream.PipeReady(self.core.map.description))
+        self.map_data     = data     = renamed(stream.PipeValid(self.core.map.description))
+        arrived = stream.Endpoint(disparity_layout())
+        add_register(self, crossing.source, arrived)
+        self.map_gone = Signal() # No pixel is on this side, nor in the crossing.
+        self.comb += [
+            self.core.map.connect(ready.sink),
+            ready.source.connect(data.sink),
+            data.source.connect(crossing.sink),
+            self.map_gone.eq(~ready.source.valid & ~data.source.valid & crossing.empty),
+            arrived.connect(self.map, omit={"valid", "ready"}),
+            self.map.valid.eq(arrived.valid & ~self.aborted),
+            arrived.ready.eq(1),
+        ]
+
+    def add_end(self, done, failed):
+        """Report the end of a frame when its map has left the crossing."""
+        sync = getattr(self.sync, self.clock_domain)
+        for crossing, event in [(done, self.core.done), (failed, self.core.failed)]:
+            ended = Signal()
+            sync += If(event, ended.eq(1)).Elif(self.map_gone, ended.eq(0))
+            self.comb += crossing.i.eq(ended & self.map_gone)
 
     def add_pulse(self, cd_from, cd_to):
         """Return a crossing for pulses of which at most one is under way."""
-        crossing = PulseCrossing(cd_from, cd_to)
+        crossing = PulseCrossing(cd_from, cd_to, reset=self.reset)
         self.submodules += crossing
         return crossing

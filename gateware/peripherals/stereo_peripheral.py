@@ -44,13 +44,15 @@ class StereoPeripheral(PeripheralCSR, LiteXModule):
         Bytes that are read or written in one go.
     with_csr : bool
         Whether registers and interrupts are added.
+    map_waits : bool
+        Whether the map waits for the receiver of `map`; otherwise that may not stall.
 
     Raises
     ------
     ValueError
         The parameters have another max_height.
     """
-    def __init__(self, read_port, write_port, parameters, burst_bytes=128, with_csr=True):
+    def __init__(self, read_port, write_port, parameters, burst_bytes=128, with_csr=True, map_waits=False):
         check(parameters.max_height == MAX_HEIGHT,
             f"max_height of the peripheral must be {MAX_HEIGHT}, not {parameters.max_height}: no register tells it.")
         self.parameters = parameters
@@ -62,7 +64,7 @@ class StereoPeripheral(PeripheralCSR, LiteXModule):
         self.frame   = FrameSettings(parameters, self.alignment) # Settings of the frame under way.
 
         self.pairs = stream.Endpoint(pixel_pair_layout()) # Pairs of a streamed frame, the first and the last marked.
-        self.map   = stream.Endpoint(disparity_layout())  # Its map, as it goes to memory; the receiver never stalls.
+        self.map   = stream.Endpoint(disparity_layout())  # Its map, as it goes to memory.
 
         # Settings, taken over at start.
         for name, bits in frame_settings():
@@ -86,7 +88,7 @@ class StereoPeripheral(PeripheralCSR, LiteXModule):
         self.add_settings(begin, legal)
         self.add_frame(begin, legal)
         self.add_reset()
-        self.add_stream()
+        self.add_stream(map_waits)
         if with_csr:
             self.add_csr()
             self.add_irq()
@@ -187,19 +189,24 @@ class StereoPeripheral(PeripheralCSR, LiteXModule):
         self.sync += resetting.eq(self.fsm.ongoing("STOP"))
         self.comb += self.matcher.reset.eq(resetting)
 
-    def add_stream(self):
+    def add_stream(self, map_waits):
         """Connect the matcher's streams to memory, and to `pairs` and `map` in a streamed frame."""
         matcher  = self.matcher
         streamed = self.frame.streamed
+        sink     = self.writer.sink
+        passes   = ~streamed | self.map.ready if map_waits else 1 # The receiver of the map does not stall.
         self.comb += [
             If(~streamed,
                 self.reader.source.connect(matcher.sink)
             ).Elif(self.fsm.ongoing("FRAME"),
                 self.pairs.connect(matcher.sink)
             ),
-            matcher.source.connect(self.writer.sink, omit={"disparity"}),
-            self.writer.sink.data.eq(matcher.source.disparity),
-            self.map.valid.eq(streamed & matcher.source.valid & matcher.source.ready),
+            matcher.source.connect(sink, omit={"disparity", "valid", "ready"}),
+            sink.data.eq(matcher.source.disparity),
+            sink.valid.eq(matcher.source.valid & passes),
+            matcher.source.ready.eq(sink.ready & passes),
+            # Without `passes`: an item is offered before the receiver is ready for it.
+            self.map.valid.eq(streamed & matcher.source.valid & sink.ready),
             self.map.last.eq(matcher.source.last),
             self.map.disparity.eq(matcher.source.disparity),
         ]

@@ -90,7 +90,11 @@ class PinCore(VerilatedCore):
 
     def reset(self) -> None:
         """Hold the reset for one clock."""
-        self._drive("sys_rst", 1)
+        self.hold_reset(1)
         self.clock()
-        self._drive("sys_rst", 0)
+        self.hold_reset(0)
+
+    def hold_reset(self, value: int) -> None:
+        """Drive the reset, without a clock."""
+        self._drive("sys_rst", value)
         self._library.core_eval(self._core)

@@ -36,7 +36,6 @@ class Arty(BoardSoC):
         features       = STEREO_BM,
         # The memory's clock is four times as fast, and 300 MHz is the slowest that DDR3 supports.
         sys_clk_freq   = 80000000,
-        streaming      = False,
         with_icmp      = False,
     )
 

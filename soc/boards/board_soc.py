@@ -85,8 +85,6 @@ class BoardSoC(StereoSoC):
     def __init__(self, preset, platform=None, sys_clk_freq=None, **kwargs):
         check(self.matcher_clock or not preset.matcher_hz,
             f"the {self.board_name} has no clock for the matcher alone: leave out matcher_hz.")
-        check(not (preset.matcher_hz and preset.streaming),
-            "streamed frames go with the system's clock: leave out matcher_hz or streaming.")
         self.preset    = preset
         self.pipelined = self.csr_registers = preset.sys_clk_freq > UNPIPELINED_HZ
         soc_kwargs  = dict(
@@ -125,7 +123,7 @@ class BoardSoC(StereoSoC):
         """Add the frame link, if the board has Ethernet.
 
         LiteEth's PHYs hold the wire's clock domains in reset while `sys` is, and for some clocks longer: the counter is
-        in `sys`. So both sides of the crossings are in reset at once, and the crossings are empty after it.
+        in `sys`. Without a cable the wire's clock may stand still meanwhile: `CrossingReset` waits for it.
         """
         phy = self.make_ethernet_phy()
         if phy is not None:

@@ -16,9 +16,8 @@ class ColorlightI5(ColorlightSoC):
     flash_offset = 1024*1024 # Of 2 MiB.
     preset       = Preset(
         disparities    = 32,
-        max_block_size = 9,
+        max_block_size = 7,
         features       = STEREO_BM,
         sys_clk_freq   = 60000000,
-        streaming      = False,
         with_icmp      = False,
     )

@@ -18,7 +18,6 @@ class ColorlightI9(ColorlightSoC):
         max_block_size = 9,
         features       = STEREO_BM,
         sys_clk_freq   = 75000000,
-        streaming      = False,
         with_icmp      = False,
         density        = 0.7,
     )

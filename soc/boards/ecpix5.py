@@ -93,7 +93,6 @@ class ECPIX5(BoardSoC):
         features       = STEREO_BM,
         sys_clk_freq   = 75000000,
         matcher_hz     = 100000000,
-        streaming      = False,
         with_icmp      = False,
         density        = 0.9,
     )

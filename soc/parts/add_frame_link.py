@@ -46,19 +46,21 @@ class FrameLinkMixin:
         burst_bytes : int
             Bytes of a burst.
         streaming : bool, optional
-            Build the path of streamed frames from the wire through the matcher `stereo` and back; by default if the
-            matcher takes them, which needs its clock domain to be `sys`.
+            Build the path of streamed frames from the wire through the matcher `stereo` and back; by default if there
+            is that matcher.
         with_icmp : bool
             Answer a ping.
         pipelined : bool
-            See `Network`.
+            See `Network` and `SlotTable`.
         """
         self.check_if_exists(name)
         stereo = getattr(self, "stereo", None)
         if streaming is None:
-            streaming = hasattr(stereo, "pairs")
-        check(not streaming or hasattr(stereo, "pairs"),
-            "streamed frames need a matcher in the clock domain sys: set streaming to False.")
+            streaming = stereo is not None
+        check(not streaming or stereo is not None,
+            "streamed frames need a matcher: add it before the frame link, or set streaming to False.")
+        # Only with SDRAM LiteX builds the bridge to the registers with registers: see `SlotTable`.
+        check(not pipelined or hasattr(self, "sdram"), "a pipelined frame link needs an SoC with SDRAM.")
         if memory is None:
             memory = BusPorts(self, name)
         for constant, address in [("ADDRESS", ip_address), ("NETMASK", netmask), ("GATEWAY", gateway)]:
@@ -73,6 +75,7 @@ class FrameLinkMixin:
             max_chunks  = max_chunks,
             burst_bytes = burst_bytes,
             streaming   = streaming,
+            pipelined   = pipelined,
         )
         self.comb += [
             network.mac_address.eq(Cat(link.mac_low, link.mac_high)),

@@ -11,7 +11,7 @@ import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from .crossing import crossing, pulse_crossing
+from .crossing import crossing, crossing_reset, pulse_crossing
 from .line_buffer import line_buffer
 from .map_parts import map_parts
 from .matcher import matcher
@@ -57,11 +57,12 @@ TASKS = [
     Task("Matcher, winners' FIFO", matcher, 8, 6, 36),
     Task("add_register", register, 8, 1, 12),
     Task("Crossing", crossing, 12, 1, 24),
+    Task("Crossing, resets", crossing_reset, 28),
     Task("PulseCrossing", pulse_crossing, 12, 1, 24),
     Task("MessageArbiter", arbiter, 8, 1, 12),
     Task("MessageFramer", message_framer, 10, 1, 26),
     Task("MessageBuffer", message_buffer, 14, cover=22),
-    Task("SlotTable", slot_table, 11, cover=18),
+    Task("SlotTable", slot_table, 14),
     Task("MessageSorter", message_sorter, 13, cover=18),
     Task("PairGate", pair_gate, 11, cover=16),
     Task("SendQueue", send_queue, 6, 1, 24),

@@ -3,11 +3,11 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""SlotTable: an accepted chunk lies inside its frame's image, and nothing else is marked."""
+"""SlotTable: an accepted chunk lies inside its frame's image; its bit is marked, and no other."""
 
 from __future__ import annotations
 
-from migen import Array, C, Cat, If, Mux, Signal
+from migen import Array, C, Cat, If, Memory, Mux, Signal
 
 from litestereo.gateware.link.message import CHUNK_BYTES
 from litestereo.gateware.link.slot_table import SlotTable
@@ -38,6 +38,8 @@ def slot_table(make=SlotTable) -> Proof:
         proof.sync += If(inside(core, f"opened{n}")[0], clocks.eq(0)).Elif(clocks != 10, clocks.eq(clocks + 1))
         proof.assume(f"slot {n} is opened some clocks after its closing", ~core.open | (core.slot != n)
                      | (clocks == 10))
+        proof.assume(f"no other frame has the id of slot {n}'s", ~core.open | (core.slot == n)
+                     | ~inside(core, f"opened{n}")[0] | (core.frame_id != inside(core, f"frame_id{n}")[0]))
     ready = Signal()  # A verdict that accepts a chunk and is not used yet.
     proof.sync += If(chunk.judged & chunk.judge, ready.eq(chunk.fits & ~chunk.repeated)).Elif(core.set | chunk.judge,
                                                                                          ready.eq(0))
@@ -47,9 +49,9 @@ def slot_table(make=SlotTable) -> Proof:
     bases   = Array(inside(core, f"base{n}")[0] for n in range(SLOTS))
     pixels  = Array(inside(core, f"pixels{n}")[0] for n in range(SLOTS))
     ids     = Array(inside(core, f"frame_id{n}")[0] for n in range(SLOTS))
-    base, size, frame_id = Signal(32), Signal(32), Signal(32)
-    rounded, pitch, local = Signal(32), Signal(32), Signal(32)
-    offset = Signal(32)
+    base, size, frame_id, rounded, pitch, local, offset = (
+        Signal(32, name_override=f"found_{name}")
+        for name in ("base", "size", "frame_id", "rounded", "pitch", "local", "offset"))
     slot = core.found[0]
     proof.comb += [
         base.eq(bases[slot]), size.eq(pixels[slot]), frame_id.eq(ids[slot]),
@@ -68,6 +70,45 @@ def slot_table(make=SlotTable) -> Proof:
     verdict = [chunk.fits, chunk.repeated, core.found, core.address]
     for value in verdict:
         proof.prove("a verdict stays until the next", ~proof.started | judging | (value == proof.past(value)))
+    bitmaps(proof, core, allowed)
     proof.reach("a chunk fits", allowed & (chunk.length == 5))
     proof.reach("it is marked", core.set)
+    proof.reach("it is marked while a slot is cleared", core.set & core.clearing)
     return proof
+
+
+def bitmaps(proof: Proof, core: SlotTable, allowed) -> None:
+    """Prove what becomes of any word of the bitmaps: the solver chooses which."""
+    words  = CHUNKS//32
+    memory = next(special for special in core._fragment.specials if isinstance(special, Memory))
+    port   = memory.get_port(async_read=True)
+    place  = proof.constant(len(port.adr))
+    chosen = Signal.like(port.adr)
+    proof.specials += port
+    proof.comb     += [chosen.eq(place), port.adr.eq(chosen)]
+    now    = port.dat_r
+    before = proof.past(now)
+    # Word and bit of the chunk that was allowed last.
+    number = Signal(len(chosen) + 5)
+    latest = Signal.like(number)
+    mine   = Signal()
+    bit    = Signal(32)
+    proof.sync += If(allowed, latest.eq(number))
+    proof.comb += [
+        number.eq(Cat(core.chunk.offset[10:15 + words.bit_length() - 1], core.found)),
+        mine.eq(latest[5:] == chosen),
+        bit.eq(1 << latest[:5]),
+    ]
+    pending = inside(core, "pending")[0]
+    cleared = Signal()
+    proof.comb += cleared.eq(core.clearing & (pending == chosen[words.bit_length() - 1:]))
+    marked = proof.past(core.set)
+    proof.prove("a set marks the bit of its chunk", ~marked | ~proof.past(mine) | (now == (before | proof.past(bit))))
+    proof.prove("and nothing else", ~marked | proof.past(mine) | (now == before))
+    proof.prove("without a set only a slot that is being cleared changes", ~proof.started | marked
+                | proof.past(cleared) | (now == before))
+    proof.prove("clearing marks nothing", ~proof.started | marked | (now == before) | (now == 0))
+    asked = Signal()
+    proof.comb += asked.eq(now >> number[:5])
+    proof.prove("a chunk is repeated if it is marked", ~allowed | (number[5:] != chosen)
+                | (core.chunk.repeated == asked))

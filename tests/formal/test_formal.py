@@ -8,7 +8,7 @@
 import pytest
 
 from formal.__main__ import TASKS, Task
-from formal.crossing import crossing, pulse_crossing
+from formal.crossing import crossing, crossing_reset, pulse_crossing
 from formal.line_buffer import line_buffer
 from formal.map_parts import map_parts
 from formal.matcher import matcher
@@ -72,6 +72,12 @@ FAULTS = {
         'ready.source.connect(data.sink, omit={"last"}),', "items come out as they went in, in order"),
     "an item too many": (
         crossing, "crossing", "Crossing", "sink.ready.eq(~full)", "sink.ready.eq(1)", "pointers are in order"),
+    "a pointer that a reset leaves": (
+        crossing_reset, "crossing", "Crossing", "produce.clear.eq(reset.clear[cd_from])", "produce.clear.eq(0)",
+        "what it offers has come in since a reset"),
+    "a word while a reset is under way": (
+        crossing_reset, "crossing", "Crossing", "sink.ready.eq(~full & ~reset.blocked[cd_from])",
+        "sink.ready.eq(~full)", "what it offers has come in since a reset"),
     "a pulse that comes twice": (
         pulse_crossing, "pulse_crossing", "PulseCrossing", "gone.ce.eq(self.o)",
         "gone.ce.eq(self.o & (counted[0] != gone.q[0]))", "a pulse comes out for one that came in"),
@@ -90,6 +96,12 @@ FAULTS = {
     "a chunk too long": (
         slot_table, "slot_table", "SlotTable", "(self.chunk.length == expected)", "(self.chunk.length >= expected)",
         "and lies inside one of its images"),
+    "a mark in another slot": (
+        slot_table, "slot_table", "SlotTable", "If(self.chunk.judge & ~finished", "If(~finished",
+        "a set marks the bit of its chunk"),
+    "a mark that gives way to clearing": (
+        slot_table, "slot_table", "SlotTable", "If(self.set | ~self.clearing,\n                update",
+        "If(~self.clearing,\n                update", "a set marks the bit of its chunk"),
     "a chunk that does not fit": (
         message_sorter, "message_sorter", "MessageSorter", "Elif(~table.chunk.fits,", "Elif(0,",
         "a chunk is written when it fits and has not come before"),
@@ -128,7 +140,7 @@ FAULTS = {
 }
 
 #: Clocks until a fault shows, if not 16.
-CLOCKS = {border: 32, message_buffer: 22}
+CLOCKS = {border: 32, message_buffer: 22, crossing_reset: 28}
 
 
 @pytest.mark.long

@@ -92,6 +92,7 @@ class Bench:
     def __init__(self, kind, rng, features=FEATURES):
         ports    = dict(zip(("read", "write"), (PORTS | CROSSED)[kind](), strict=True))
         self.crossed = kind in CROSSED
+        self.errs    = kind.startswith("wishbone") # The bus can answer with an error.
         top      = (Crossed if self.crossed else StereoPeripheral)(
             ports["read"], ports["write"], built(features), burst_bytes=64, with_csr=False)
         self.dut = dut = top.peripheral if self.crossed else top
@@ -100,11 +101,9 @@ class Bench:
                     for name in ("busy", "done", "failed", "error_code", "clocks", "first_row_clocks", "frames")}
         if self.crossed:
             inputs  |= {name: getattr(top, name) for name in ("matcher_clk", "matcher_rst")}
-        else:
-            inputs  |= {f"pairs_{name}": getattr(dut.pairs, name)
-                        for name in ("valid", "first", "last", "left", "right")}
-            outputs |= {"pairs_ready": dut.pairs.ready}
-            outputs |= {f"map_{name}": getattr(dut.map, name) for name in ("valid", "last", "disparity")}
+        inputs  |= {f"pairs_{name}": getattr(dut.pairs, name) for name in ("valid", "first", "last", "left", "right")}
+        outputs |= {"pairs_ready": dut.pairs.ready}
+        outputs |= {f"map_{name}": getattr(dut.map, name) for name in ("valid", "last", "disparity")}
         for name, port in ports.items():
             more_inputs, more_outputs = port_pins(name, port)
             inputs  |= more_inputs
@@ -147,6 +146,13 @@ class Bench:
         self.core.clock()
         self.clocks += 1
         return events
+
+    def abort(self):
+        """Mark an abort: whoever runs the clock sets it."""
+
+    def fail(self):
+        """Let the next access to memory fail."""
+        self.memory.fail_after = 0
 
     def draw(self, width, block_size):
         """Draw any settings that suit the size."""
@@ -255,16 +261,13 @@ class Bench:
         assert sorted(self.memory.reads) == images, "each word of the images is read once"
 
 
-@pytest.fixture(params=[*PORTS, "native-64 crossed"])
+@pytest.fixture(params=[*PORTS, *CROSSED])
 def bench(request):
     rng   = byte_generator(20, request.param)
     bench = Bench(request.param, rng)
     yield bench
     bench.core.close()
 
-
-#: Tests of streamed frames, which the crossing does not support.
-streaming = pytest.mark.parametrize("bench", PORTS, indirect=True)
 
 SIZES = [(20, 5, 5), (21, 5, 5), (MAX_WIDTH, 9, 9), (MAX_WIDTH, 13, 7), (37, 11, 5), (24, 9, 9)]
 
@@ -345,7 +348,6 @@ def test_start_while_busy(bench):
     assert not any(bench.clock() for _ in range(200))
 
 
-@streaming
 def test_streamed(bench):
     """Streamed frames alternate with frames from memory, at any speed of stream and memory."""
     for number, size in enumerate(SIZES[1:4]):
@@ -355,7 +357,6 @@ def test_streamed(bench):
             bench.check_frame(*size)
 
 
-@streaming
 def test_abort_of_streamed_frames(bench):
     """A streamed frame aborted at any clock ends soon, with pairs on offer or not, and the next one is correct."""
     for number in range(6):
@@ -373,7 +374,63 @@ def test_abort_of_streamed_frames(bench):
         (bench.check_streamed if number % 3 else bench.check_frame)(*SIZES[number % len(SIZES)])
 
 
-@streaming
+def break_off(bench, pair, clocks, event):
+    """Stream a pair for some clocks, break the frame off, and stream on until it has ended; return how it ended."""
+    left, right = (image.ravel().tolist() for image in pair)
+    place, ended = 0, []
+    for clock in range(clocks + 3000):
+        if clock == clocks:
+            event()
+        if place < len(left):
+            bench.core.set(pairs_left=left[place], pairs_right=right[place], pairs_first=int(place == 0),
+                           pairs_last=int(place == len(left) - 1))
+        bench.core.set(pairs_valid=int(place < len(left)), abort=int(clock == clocks and event == bench.abort))
+        place += place < len(left) and bench.core.get("pairs_ready")
+        given = bench.core.get("map_valid")
+        assert not (given and event == bench.abort and clock > clocks + 3), "a pixel long after the abort"
+        if ended := bench.clock():
+            break
+    bench.core.set(pairs_valid=0, abort=0)
+    return ended
+
+
+def test_a_streamed_frame_after_one_that_was_broken_off(bench):
+    """Nothing of a frame that was aborted, or hit a bus error, at any clock comes up in the next one."""
+    for number in range(24 if bench.crossed else 6):
+        bench.memory.speed = bench.rng.choice([1.0, 0.5, 0.15])
+        pair, *_ = bench.begin_streamed(33, 11)
+        clocks   = bench.rng.choice([number, bench.rng.randrange(60), bench.rng.randrange(600)])
+        ended    = break_off(bench, pair, clocks, bench.abort if number % 3 or not bench.errs else bench.fail)
+        bench.memory.fail_after = None
+        assert ended in (["failed"], ["done"])
+        assert not bench.core.get("map_valid")
+        bench.check_streamed(*SIZES[number % 4], chance=bench.rng.choice([1.0, 0.4]))
+
+
+def test_pairs_of_the_next_streamed_frame_wait(bench):
+    """Pairs offered after a frame's last one are the next frame's, whenever that begins."""
+    frames = [bench.begin_streamed(24, 9)]
+    for number in range(4):
+        bench.memory.speed = bench.rng.choice([1.0, 0.3])
+        pair, expected, places = frames[-1]
+        left, right = (image.ravel().tolist() for image in pair)
+        place = 0
+        for _ in range(60000):
+            mine = place < len(left)
+            bench.core.set(pairs_valid=1, pairs_left=left[place] if mine else 77,
+                           pairs_right=right[place] if mine else 9, pairs_first=int(place in (0, len(left))),
+                           pairs_last=int(place == len(left) - 1))
+            if bench.core.get("pairs_ready"):
+                assert mine, "a pair of the next frame"
+                place += 1
+            if events := bench.clock():
+                break
+        assert events == ["done"] and not bench.core.get("pairs_ready")
+        assert np.array_equal(bench.map_at(places[2], expected.shape), expected)
+        bench.core.set(pairs_valid=0)
+        frames.append(bench.begin_streamed(20 + number, 6))
+
+
 def test_pairs_wait_while_no_streamed_frame_is_under_way(bench):
     """Pairs are neither accepted between frames nor by a frame from memory."""
     bench.core.set(pairs_valid=1)

@@ -196,7 +196,6 @@ def test_target(board, monkeypatch, capsys):
 
 @pytest.mark.parametrize("board, changes, reason", [
     ("ulx3s",  {"matcher_hz": 100000000, "streaming": False}, "no clock for the matcher alone"),
-    ("ecpix5", {"matcher_hz": 100000000, "streaming": True},  "streamed frames go with the system's clock"),
 ])
 def test_clock_of_the_matcher(board, changes, reason):
     """A preset that is impossible on the board is refused, with what to omit."""
