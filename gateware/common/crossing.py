@@ -21,7 +21,7 @@ class Crossing(LiteXModule):
     looks up whether there is a word, moves the address and reads the memory in one clock, which is too slow for the
     125 MHz of a wire. Put a register after it.
 
-    A reset of either domain empties it. It accepts nothing until both sides have agreed on that, which takes about a
+    A reset of either domain empties it. It accepts nothing until both sides have agreed on that, which takes up to two
     dozen clocks of the slower one: see `CrossingReset`.
 
     Parameters

@@ -194,7 +194,7 @@ def crossing_reset(make=Crossing) -> Proof:
     # Clocks without a reset in which both sides advance.
     calm = Signal(5)
     proof.sync += If(rests[0] | rests[1], calm.eq(0)).Elif(into & out & (calm != 31), calm.eq(calm + 1))
-    proof.prove("it works again soon after", (calm < 16) | done)
+    proof.prove("it works again soon after", (calm < 24) | done)
     been = ended(proof, level == DEPTH)
     proof.reach("it is full, emptied by a reset, and works again", been & done & again & (level == 0))
     return proof

@@ -143,7 +143,7 @@ def test_chunks_of_one_word_after_one_another(table):
 
 
 def test_chunks_marked_while_another_slot_is_cleared(table):
-    """Whatever clock of the clearing the mark falls into, the slot is cleared and the mark is kept."""
+    """In any clock of the clearing the mark is kept, and the slot is cleared."""
     for slot in range(SLOTS):
         table.open(slot, 60*CHUNK_BYTES)
     for phase in range(WORDS + 3):
