@@ -14,7 +14,7 @@ import pytest
 from liteeth.common import convert_ip, eth_phy_description
 from litex.gen import LiteXModule
 from litex.soc.interconnect import stream
-from migen import ClockDomain, ClockSignal, ResetSignal, Signal
+from migen import ClockDomain, ClockDomainsRenamer, ClockSignal, If, ResetSignal, Signal
 
 from litestereo.gateware.link.network import Network
 from litestereo.gateware.peripherals.frame_link import FrameLink
@@ -45,23 +45,23 @@ UNKNOWN = Station("00:00:00:00:00:00", HOST.address)
 
 
 class Wire(LiteXModule):
-    """A PHY on the system's clock."""
+    """A PHY in a clock domain, by default the system's."""
     dw = 8
 
-    def __init__(self, with_preamble_crc: bool) -> None:
+    def __init__(self, with_preamble_crc: bool, clock: str) -> None:
         self.with_preamble_crc = with_preamble_crc
         self.sink   = stream.Endpoint(eth_phy_description(8))
         self.source = stream.Endpoint(eth_phy_description(8))
         self.cd_eth_rx = ClockDomain()
         self.cd_eth_tx = ClockDomain()
         for domain in (self.cd_eth_rx, self.cd_eth_tx):
-            self.comb += [domain.clk.eq(ClockSignal()), domain.rst.eq(ResetSignal())]
+            self.comb += [domain.clk.eq(ClockSignal(clock)), domain.rst.eq(ResetSignal(clock))]
 
 
 class Device(LiteXModule):
     """All cores with a memory, and the wire as bytes."""
-    def __init__(self, with_preamble_crc: bool) -> None:
-        self.wire    = wire = Wire(with_preamble_crc)
+    def __init__(self, with_preamble_crc: bool, clock: str = "sys") -> None:
+        self.wire    = wire = Wire(with_preamble_crc, clock)
         # Each form of the network has one kind of wire.
         self.network = network = Network(wire, UDP_PORT, clk_freq=1000000, pipelined=with_preamble_crc)
         self.ram     = ram  = WideRAM(1 << 15)
@@ -92,12 +92,40 @@ class Device(LiteXModule):
         self.overrun,  self.malformed  = (link.counters[f"datagrams_{name}"] for name in ("overrun", "malformed"))
 
 
+SETTINGS = ["open", "burst", "length"]
+STATUS   = ["produced", "missing", "overrun", "malformed"]
+
+
+class FastWireDevice(LiteXModule):
+    """The device with a clock of half the wire's: a word is 32 bits, so this is 1 Gbit/s at 62.5 MHz."""
+    def __init__(self) -> None:
+        self.device  = device = ClockDomainsRenamer({"sys": "slow"})(Device(True, "fast"))
+        self.cd_slow = ClockDomain()
+        self.cd_fast = ClockDomain()
+        self.sink, self.source = device.sink, device.source
+        self.torn    = Signal() # A frame to the wire had a gap.
+        for name in SETTINGS + STATUS:
+            setattr(self, name, getattr(device, name))
+        slow, inside = Signal(reset_less=True), Signal()
+        self.comb += [
+            self.cd_slow.clk.eq(slow),
+            self.cd_slow.rst.eq(ResetSignal()),
+            self.cd_fast.clk.eq(ClockSignal()),
+            self.cd_fast.rst.eq(ResetSignal()),
+        ]
+        self.sync += [
+            slow.eq(~slow),
+            If(self.source.valid, inside.eq(~self.source.last)),
+            If(inside & ~self.source.valid, self.torn.eq(1)),
+        ]
+
+
 class Host:
     """The host at the other end of the wire."""
-    def __init__(self, with_preamble_crc: bool) -> None:
+    def __init__(self, with_preamble_crc: bool, device: LiteXModule, status: list[str], pulse_clocks: int = 1) -> None:
         self.framed = with_preamble_crc
-        self.core   = StreamCore(Device(with_preamble_crc), ["open", "burst", "length"],
-                                 status=["produced", "missing", "overrun", "malformed"])
+        self.core   = StreamCore(device, SETTINGS, status=status)
+        self.pulse_clocks = pulse_clocks
 
     def exchange(self, frames: list[bytes], answers: int, settle: int = 3000) -> list[bytes]:
         """Send frames back to back, and receive the device's frames."""
@@ -125,21 +153,27 @@ class Host:
 
     def pulse(self, name: str) -> None:
         self.core.set(**{name: 1})
-        self.core.run(np.zeros(0, np.uint32), 1, ready=0.0, idle_clocks=1)
+        self.core.run(np.zeros(0, np.uint32), 1, ready=0.0, idle_clocks=self.pulse_clocks)
         self.core.set(**{name: 0})
         self.core.run(np.zeros(0, np.uint32), 1, ready=0.0, idle_clocks=100)
 
 
 @pytest.fixture(scope="module", params=[False, True], ids=["model", "wire"])
 def host(request):
-    return Host(request.param)
+    return Host(request.param, Device(request.param), STATUS)
+
+
+@pytest.fixture(scope="module")
+def fast_wire():
+    return Host(True, FastWireDevice(), [*STATUS, "torn"], pulse_clocks=2)
 
 
 @pytest.fixture(autouse=True)
-def fresh(host):
+def fresh(request):
     # A reset takes some clocks to reach the other clock domain.
-    for _ in range(8):
-        host.core.reset()
+    for name in {"host", "fast_wire"} & set(request.fixturenames):
+        for _ in range(8):
+            request.getfixturevalue(name).core.reset()
 
 
 def test_arp(host):
@@ -243,6 +277,28 @@ def test_chunks_at_the_speed_of_the_wire_and_the_map_back(host):
     taken    = [host_takes(frame) for frame in meet(host, [], 8)]
     messages = [Message.decode(payload) for port, payload in taken if port == PEER.port]
     assert {message.offset: message.payload for message in messages} == chunks
+
+
+def test_a_wire_twice_as_fast_as_the_clock(fast_wire):
+    """Nothing is lost on the way to memory, and no frame to the wire has a gap: chunks, maps, messages, pings."""
+    rng    = byte_generator(103)
+    chunks = {offset: rng.randbytes(1024) for offset in range(0, 8192, 1024)}
+    fast_wire.pulse("open")
+    fast_wire.exchange([datagram(PEER, DEVICE, Message(MessageType.UPLOAD, TOKEN, 1, 7, offset, payload).encode())
+                        for offset, payload in chunks.items()], 0)
+    assert [fast_wire.core.get(name) for name in ("missing", "overrun", "malformed")] == [0, 0, 0]
+    for _ in range(6):
+        fast_wire.exchange([datagram(PEER, DEVICE, Message(MessageType.CONFIGURE).encode())], 0)
+    assert fast_wire.core.get("produced") == 6
+    for length in (8192, 1021, 1):
+        fast_wire.core.set(length=length)
+        fast_wire.pulse("burst")
+        parts    = -(-length//1024)
+        frames   = meet(fast_wire, [], parts) if length == 8192 else fast_wire.exchange([], parts)
+        messages = [Message.decode(host_takes(frame)[1]) for frame in frames]
+        assert b"".join(message.payload for message in messages) == b"".join(chunks.values())[:length]
+    assert fast_wire.exchange([ping(HOST, 3), ping(HOST, 4)], 2) == [answer(HOST, 3), answer(HOST, 4)]
+    assert fast_wire.core.get("torn") == 0
 
 
 @pytest.mark.parametrize("length", [0, 1, 2, 3, 4, 1021, 1024])
