@@ -17,7 +17,8 @@ from litex.soc.interconnect    import csr_bus, wishbone
 class CSRBridge(LiteXModule):
     """From Wishbone to the CSR bus, with a register before and after the banks; see `BankRegister`.
 
-    As LiteX's Wishbone2CSR, but it waits for the banks' registers: an access takes five clocks.
+    As LiteX's Wishbone2CSR, but it waits for the banks' registers: an access takes five clocks. A reset withdraws an
+    access, as it does the CPU's request.
     """
     def __init__(self, address_width, csr):
         self.wishbone = bus = wishbone.Interface(address_width=address_width, data_width=csr.data_width,
@@ -62,7 +63,7 @@ class BankRegister(LiteXModule):
 
     Without it, a register in the middle of the FPGA is decoded by banks at its edges, in one clock. A bank sees its own
     addresses alone, otherwise one of another bank: the synthesis would find that all banks' registers are the same, and
-    keep one.
+    keep one. A reset withdraws the access.
 
     Parameters
     ----------
