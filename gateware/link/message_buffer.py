@@ -63,6 +63,7 @@ class MessageBuffer(LiteXModule):
     def add_check(self):
         """Check a datagram while it comes: length, magic, CRC; keep its size and its sender."""
         sink      = self.buffer.source
+        bits      = bits_for(MESSAGE_BYTES - FRAME_BYTES)
         count     = Signal(12)      # Words of the datagram before this one; stays at its largest value.
         tail      = Signal(3)       # Bytes of the last word.
         bytes     = Signal(14)      # Bytes up to this word,
@@ -96,8 +97,9 @@ class MessageBuffer(LiteXModule):
             If(self.moves_in,
                 sound.eq(sound & magic & (sink.error == 0)),
                 If(count == HEADER_WORDS - 1,
-                    expected.eq(sink.data[:11] + FRAME_BYTES),
-                    fits.eq((sink.data[11:] == 0) & (~sink.data[10] | (sink.data[:10] == 0)))
+                    expected.eq(sink.data[:bits] + FRAME_BYTES),
+                    # The longest payload is a power of 2.
+                    fits.eq((sink.data[bits:] == 0) & (~sink.data[bits - 1] | (sink.data[:bits - 1] == 0)))
                 ),
                 sized.eq((count >= HEADER_WORDS) & (bytes == expected) & fits),
                 size.eq(bytes),
