@@ -9,6 +9,7 @@ from ...gateware.common.parameters      import check
 from ...gateware.link.network           import Network
 from ...gateware.peripherals.frame_link import FrameLink
 from .add_stereo                        import BusPorts
+from .dma_checks                        import DMAChecks
 
 UDP_PORT    = 19539 # As in docs/protocol.md.
 MAC_ADDRESS = 0x10e2d5000002
@@ -16,7 +17,7 @@ IP_ADDRESS  = "192.168.1.50"
 
 # Frame Link Mixin ---------------------------------------------------------------------------------
 
-class FrameLinkMixin:
+class FrameLinkMixin(DMAChecks):
     """Gives a LiteX SoC the method `add_frame_link`: `class MySoC(FrameLinkMixin, SoCCore)`."""
 
     def add_frame_link(self, phy, name="frame_link", mac_address=MAC_ADDRESS, ip_address=IP_ADDRESS, udp_port=UDP_PORT,
@@ -28,7 +29,7 @@ class FrameLinkMixin:
         phy
             LiteEth PHY, 8 bits wide, a module of this SoC.
         name : str
-            Name of the peripheral, and prefix of its registers.
+            Name of the peripheral, and prefix of its registers; a C identifier.
         mac_address, ip_address, udp_port
             Addresses of the device.
         max_chunks : int
@@ -44,7 +45,13 @@ class FrameLinkMixin:
             Answer a ping.
         pipelined : bool
             See `Network`.
+
+        Raises
+        ------
+        ValueError
+            If a parameter is not as above. For a cache that is added later, when the SoC is finalized.
         """
+        self.check_dma_name(name)
         self.check_if_exists(name)
         stereo = getattr(self, "stereo", None)
         if streaming is None:
@@ -54,9 +61,12 @@ class FrameLinkMixin:
         if memory is None:
             memory = BusPorts(self, name)
         network = Network(phy, mac_address, ip_address, self.clk_freq, with_icmp, pipelined)
+        read_port  = memory.get_port(mode="read")
+        write_port = memory.get_port(mode="write")
+        self.check_dma_ports(name, read_port, write_port)
         link    = FrameLink(
-            read_port   = memory.get_port(mode="read"),
-            write_port  = memory.get_port(mode="write"),
+            read_port   = read_port,
+            write_port  = write_port,
             address     = network.ip_address,
             port        = udp_port,
             max_chunks  = max_chunks,
