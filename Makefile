@@ -121,7 +121,7 @@ flash: ## Write bitstream and firmware to the flash [BOARD]
 boards-sim: install ## Boot the SoCs of boards in simulation, and match a real pair on each [BOARDS]
 	@LITESTEREO_BOARDS="$(BOARDS)" $(PYTHON) -m pytest -q --timeout 0 tests/sim/system/test_boards.py
 
-boards-check: ## Check that every bitstream is built from these sources and meets its clocks
+boards-check: ## Check that every bitstream is built from these sources, meets its clocks and fits before the firmware
 	@.ci/install fpga
 	@$(PYTHON) -m litestereo.soc.flow.check
 
