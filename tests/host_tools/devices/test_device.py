@@ -8,6 +8,7 @@
 import sys
 import types
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -117,8 +118,10 @@ class FakeCosim:
 
     built  = None
     closed = False
+    trace  = None
 
-    def __init__(self, parameters):
+    def __init__(self, parameters, trace=None):
+        FakeCosim.trace = trace
         FakeCosim.built = (parameters.max_width, parameters.disparities, parameters.max_block_size)
 
     def match_settings(self, left, right, settings):
@@ -144,10 +147,13 @@ def test_cosim_device_is_built_as_its_url_says(monkeypatch):
     assert FakeCosim.closed
     connect("cosim:").close()
     assert FakeCosim.built == (1024, 64, 21)
+    assert FakeCosim.trace is None
+    connect("cosim:?trace=waves/a%20b.vcd&disparities=32").close()
+    assert FakeCosim.trace == Path("waves/a b.vcd")
 
 
 def test_a_cosim_that_cannot_be_built_is_one_line(monkeypatch):
-    def fail(_):
+    def fail(*_):
         raise RuntimeError("verilator failed:\nsee log")
 
     replace_module(monkeypatch, "litestereo.sim.cores.cosim", CosimMatcher=fail, MatcherParameters=MatcherParameters)
@@ -156,7 +162,8 @@ def test_a_cosim_that_cannot_be_built_is_one_line(monkeypatch):
 
 
 @pytest.mark.parametrize("url", ["model:?width=3", "cosim:?disparities=x", "cosim:?disparities=8",
-                                 "model:?max_width=0", "cosim:?ram=sdram"])
+                                 "model:?max_width=0", "cosim:?ram=sdram", "cosim:?trace=wave.txt",
+                                 "cosim:?trace=left.png", "cosim:?trace=fst", "model:?trace=wave.fst"])
 def test_wrong_options_are_refused(url):
     with pytest.raises(UrlError):
         connect(url)
