@@ -5,6 +5,7 @@
 
 """Settings, checks against a device's sizes, and the devices in this process."""
 
+import itertools
 import sys
 import types
 from dataclasses import replace
@@ -15,7 +16,9 @@ import pytest
 
 from litestereo.gateware.common.parameters import MatcherParameters
 from litestereo.host_tools.core.errors import DeviceError, ImageError, SettingsError, UnsupportedError, UrlError
+from litestereo.host_tools.core.features import ALL_STAGES, Feature
 from litestereo.host_tools.core.settings import MatcherSettings, Parameter
+from litestereo.host_tools.devices.base import DeviceInfo
 from litestereo.host_tools.devices.connect import connect
 from litestereo.sim.models.stereo_bm import stereo_bm
 from support.expected import expected_map
@@ -167,6 +170,28 @@ def test_a_cosim_that_cannot_be_built_is_one_line(monkeypatch):
 def test_wrong_options_are_refused(url):
     with pytest.raises(UrlError):
         connect(url)
+
+
+@pytest.mark.parametrize("number", range(30))
+def test_what_a_device_lacks_of_opencv(number):
+    """Drawn at the limits: with what it does not lack, cv2.StereoBM's defaults on VGA pictures are accepted."""
+    rng    = generator(42, number)
+    width, height = (int(rng.choice([size - 1, size, size + 1])) for size in (640, 480))
+    pixels = int(rng.choice([640*480 - 1, 640*480, 10**6]))
+    stages = Feature(int(rng.integers(256)) if rng.integers(2) else 0x7d)
+    info   = DeviceInfo("model:", "a device", width, height, pixels, int(rng.choice([48, 64, 80])), 5,
+                        int(rng.choice([19, 21, 23])), features=int(stages))
+    lacks  = info.lacks
+    assert lacks.stages == ALL_STAGES & ~stages & ~(Feature.RAW | Feature.MEDIAN)
+    settings = MatcherSettings(64, 21, min_disparity=1, disp12_max_diff=1)
+    wanted   = [lacks.stages, lacks.disparities, lacks.block_size, lacks.size]
+    assert wanted[1:] in [[limit if short else None for limit, short in zip((64, 21, (640, 480)), shorts, strict=True)]
+                          for shorts in itertools.product((False, True), repeat=3)]
+    if any(wanted):
+        with pytest.raises((UnsupportedError, ImageError)):
+            info.check(640, 480, settings)
+    else:
+        info.check(640, 480, settings)
 
 
 @pytest.mark.parametrize(("more", "expected"), [
