@@ -121,7 +121,7 @@ flash: ## Write bitstream and firmware to the flash [BOARD]
 boards-sim: install ## Boot the SoCs of boards in simulation, and match a real pair on each [BOARDS]
 	@LITESTEREO_BOARDS="$(BOARDS)" $(PYTHON) -m pytest -q --timeout 0 tests/sim/system/test_boards.py
 
-boards-check: ## Check that every bitstream is built from these sources and meets its clocks
+boards-check: ## Check that every bitstream is built from these sources, meets its clocks and fits before the firmware
 	@.ci/install fpga
 	@$(PYTHON) -m litestereo.soc.flow.check
 
@@ -142,6 +142,9 @@ registers: install ## Write the register maps in docs, and the tables of setting
 boards-doc: ## Write docs/boards.md from the bitstreams in build
 	@.ci/install fpga
 	@$(PYTHON) -m litestereo.soc.reports.boards
+
+accuracy: install ## Match five Middlebury pairs with the presets of the boards, and write docs/accuracy.md
+	@$(PYTHON) -m litestereo.sim.accuracy
 
 resources: ## Synthesize and place the matcher, and write docs/resources.md
 	@.ci/install fpga
@@ -196,5 +199,5 @@ reproduce: install ## Build the firmware twice, in two folders, and compare the 
 	@$(PYTHON) -m litestereo.soc.release.reproduce
 
 .PHONY: help install demo sim example bench wheel clean test test-long lint ends arm-check boards bitstream load flash \
-	boards-sim boards-check docs docs-check registers boards-doc resources network thesis sbom coverage lock sweep formal \
+	boards-sim boards-check docs docs-check registers boards-doc accuracy resources network thesis sbom coverage lock sweep formal \
 	fuzz fuzz-firmware fuzz-host soak mutation reproduce

@@ -19,6 +19,7 @@ from ..soc.build.paths import PACKAGE_DIR, code_key
 from ..soc.build.tools import ToolError
 from ..soc.release.sbom.__main__ import PAGE as LICENCES
 from ..soc.reports import boards, network, registers, resources
+from .accuracy import PAGE as ACCURACY
 from .bench.readme import PAGE as BENCH
 from .thesis.page import PAGE as THESIS
 
@@ -37,7 +38,7 @@ COVERAGE = Page("docs/coverage.md", "coverage", coverage_key, minutes=60)
 CHEAP = (*registers.PAGES, LICENCES)
 
 #: All pages.
-PAGES = (*CHEAP, BENCH, network.PAGE, resources.PAGE, THESIS, COVERAGE, boards.PAGE)
+PAGES = (*CHEAP, BENCH, network.PAGE, resources.PAGE, ACCURACY, THESIS, COVERAGE, boards.PAGE)
 
 
 def stale(pages: tuple[Page, ...]) -> list[tuple[Page, str]]:

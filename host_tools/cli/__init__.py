@@ -40,7 +40,7 @@ devices:
   serial:/dev/ttyUSB0?baud=1000000  a device at a serial port (default baud: 1000000)
   sim:                              the full system in simulation, which this command starts
   cosim:?disparities=64&max_width=1024&max_block_size=21
-                                    the gateware alone, in Verilator
+                                    the gateware alone, in Verilator; trace=FILE.fst or .vcd writes a waveform
   model:                            the reference model, in NumPy
 
 exit status: 0 success, 1 failure, 2 wrong usage, 130 interrupted (stream and view: 0, as Ctrl-C ends them)

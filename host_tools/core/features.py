@@ -11,8 +11,11 @@ from collections.abc import Mapping
 
 from .features_table import ALL_STAGES, CAPABILITY_TEXTS, DESCRIPTIONS, Capability, Feature
 
-__all__ = ["ALL_STAGES", "CAPABILITY_TEXTS", "DESCRIPTIONS", "Capability", "Feature", "feature_names",
+__all__ = ["ALL_STAGES", "CAPABILITY_TEXTS", "DESCRIPTIONS", "OPENCV_STAGES", "Capability", "Feature", "feature_names",
            "named_capabilities"]
+
+#: The stages of cv2.StereoBM, which always has a prefilter, and no median.
+OPENCV_STAGES = ALL_STAGES & ~(Feature.RAW | Feature.MEDIAN)
 
 
 def feature_names(features: int) -> list[str]:

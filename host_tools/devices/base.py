@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.errors import DeviceError, ImageError, UnsupportedError
-from ..core.features import ALL_STAGES, DESCRIPTIONS, Feature
+from ..core.features import ALL_STAGES, DESCRIPTIONS, OPENCV_STAGES, Feature
 from ..core.settings import RULES, MatcherSettings
 from ..link.settings import LinkCounters
 from ..protocol.payloads import Trial
@@ -40,8 +40,24 @@ RESTART_LIMIT_S = 60.0
 #: Longest wait in seconds for another thread, whose stream may never end.
 LOCK_LIMIT_S = 60.0
 
+#: Width and height of the pictures that most cameras give, in pixels.
+VGA = (640, 480)
+
 #: Left and right image: uint8, H x W.
 Pair = tuple[NDArray[np.uint8], NDArray[np.uint8]]
+
+
+@dataclass(frozen=True)
+class Lacks:
+    """What cv2.StereoBM can do and a device cannot do: its stages, its default sizes, and VGA pictures.
+
+    `disparities`, `block_size` and `size` (width and height in pixels) are None if the device has that much.
+    """
+
+    stages:      Feature
+    disparities: int | None
+    block_size:  int | None
+    size:        tuple[int, int] | None
 
 
 @dataclass(frozen=True)
@@ -79,6 +95,20 @@ class DeviceInfo:
     def missing_features(self) -> Feature:
         """Return the stages that the device was built without."""
         return ALL_STAGES & ~Feature(self.features & ALL_STAGES)
+
+    @property
+    def lacks(self) -> Lacks:
+        """Return what cv2.StereoBM can do, with its default sizes, and the device cannot do."""
+        disparities   = RULES["disparities"].opencv_default
+        block_size    = RULES["block_size"].opencv_default
+        width, height = VGA
+        fits          = width <= self.max_width and height <= self.max_height and width*height <= self.max_pixels
+        return Lacks(
+            stages      = self.missing_features & OPENCV_STAGES,
+            disparities = None if self.max_disparities >= disparities else disparities,
+            block_size  = None if self.max_block_size >= block_size else block_size,
+            size        = None if fits else VGA,
+        )
 
     def check(self, width: int, height: int, settings: MatcherSettings) -> None:
         """Check that the device can match images of `width` x `height` pixels with `settings`.

@@ -10,6 +10,7 @@ from __future__ import annotations
 import subprocess
 import time
 from collections.abc import Iterable, Iterator
+from pathlib import Path
 from typing import Protocol
 
 import numpy as np
@@ -18,7 +19,7 @@ from numpy.typing import NDArray
 from ..core.errors import DeviceError, UrlError
 from ..core.settings import DEFAULT_DISPARITIES, DISPARITY_STEP, MIN_BLOCK_SIZE, MatcherSettings
 from ..core.settings_table import MAX_HEIGHT
-from ..link.urls import DeviceUrl
+from ..link.urls import DeviceUrl, parse_url
 from .base import Device, DeviceInfo, Pair, Progress, Result, check_pair
 from .registry import load
 
@@ -31,6 +32,9 @@ _MODEL_MAX_BLOCK_SIZE  = 51
 _COSIM_MAX_WIDTH      = 1024
 _COSIM_MAX_HEIGHT     = MAX_HEIGHT
 _COSIM_MAX_BLOCK_SIZE = 21
+
+#: Endings of the waveforms that the simulated gateware writes.
+_WAVEFORMS = (".fst", ".vcd")
 
 #: Disparity map (int16, H x W, sixteenths of a pixel), clocks, and clocks up to the first row; None if not counted.
 MatchedPair = tuple[NDArray[np.int16], int | None, int | None]
@@ -63,11 +67,11 @@ class ModelMatcher:
 class GatewareMatcher:
     """The gateware's Verilog in Verilator; raises what `sim.cores.cosim.CosimMatcher` raises."""
 
-    def __init__(self, max_width: int, disparities: int, max_block_size: int) -> None:
+    def __init__(self, max_width: int, disparities: int, max_block_size: int, trace: Path | None) -> None:
         cosim         = load("cosim")
         parameters    = cosim.MatcherParameters(max_width=max_width, disparities=disparities,
                                                 max_block_size=max_block_size)
-        self._matcher = cosim.CosimMatcher(parameters)
+        self._matcher = cosim.CosimMatcher(parameters, trace)
         self.features = int(parameters.feature_bits)
 
     def match(self, left: NDArray[np.uint8], right: NDArray[np.uint8], settings: MatcherSettings) -> MatchedPair:
@@ -136,6 +140,15 @@ def exception_line(error: BaseException) -> str:
     return " ".join(str(error).split()) or type(error).__name__
 
 
+def is_shareable(text: str) -> bool:
+    """Return whether several processes may open the device of a URL at once.
+
+    They may open the model, and the gateware alone unless it writes a waveform, which is one file.
+    """
+    url = parse_url(text)
+    return url.scheme in ("model", "cosim") and "trace" not in url.options
+
+
 def _disparities(url: DeviceUrl, default: int) -> int:
     """Return the URL's number of disparities; raise UrlError if it is not a multiple of 16."""
     number = url.integer("disparities", default, DISPARITY_STEP)
@@ -150,6 +163,16 @@ def _block_size(url: DeviceUrl, default: int) -> int:
     if number % 2 == 0:
         raise UrlError(f"{url.text}: max_block_size must be odd, not {number}")
     return number
+
+
+def _trace(url: DeviceUrl) -> Path | None:
+    """Return the URL's file for a waveform, None without one; raise UrlError if it has another ending."""
+    text = url.options.get("trace")
+    if text is None:
+        return None
+    if Path(text).suffix not in _WAVEFORMS:
+        raise UrlError(f"{url.text}: trace is a file that ends in {' or '.join(_WAVEFORMS)}, not '{text}'")
+    return Path(text)
 
 
 def open_model(url: DeviceUrl) -> LocalDevice:
@@ -170,23 +193,24 @@ def open_model(url: DeviceUrl) -> LocalDevice:
 
 
 def open_cosim(url: DeviceUrl) -> LocalDevice:
-    """Return the device `cosim:`.
+    """Return the device `cosim:`; with the option `trace` it writes a waveform, which is whole after `close`.
 
     Raises
     ------
     UrlError
         An option is wrong.
     DeviceError
-        It cannot be built.
+        It cannot be built, or the waveform cannot be written.
     MissingExtraError
         The packages of the extra `gateware` are not installed.
     """
-    url.check_options("disparities", "max_width", "max_block_size")
+    url.check_options("disparities", "max_width", "max_block_size", "trace")
     width       = url.integer("max_width", _COSIM_MAX_WIDTH)
     disparities = _disparities(url, DEFAULT_DISPARITIES)
     block_size  = _block_size(url, _COSIM_MAX_BLOCK_SIZE)
+    trace       = _trace(url)
     try:
-        matcher = GatewareMatcher(width, disparities, block_size)
+        matcher = GatewareMatcher(width, disparities, block_size, trace)
     except (ImportError, OSError, RuntimeError, ValueError, subprocess.SubprocessError) as error:
         raise DeviceError(f"{url.text} cannot be built: {exception_line(error)}") from error
     info = DeviceInfo(

@@ -17,6 +17,7 @@ from ..core.errors import UnsupportedError
 from ..core.settings import MatcherSettings
 from ..devices.base import check_minimum_size
 from ..devices.connect import Device, connect
+from ..devices.local import is_shareable
 
 #: OpenCV's matchers by their names in a command.
 OPENCV = ("bm", "sgbm")
@@ -140,5 +141,5 @@ def open_matcher(name: str) -> Matcher:
 
 
 def is_shared(name: str) -> bool:
-    """Return whether several processes may open the matcher at once: OpenCV's, the model and the gateware alone."""
-    return name.startswith((_OPENCV_PREFIX, "model:", "cosim:"))
+    """Return whether several processes may open the matcher at once: OpenCV's, and some devices."""
+    return name.startswith(_OPENCV_PREFIX) or is_shareable(name)

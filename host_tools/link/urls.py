@@ -7,6 +7,8 @@
 
 from __future__ import annotations
 
+import ipaddress
+import re
 import urllib.parse
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -71,13 +73,16 @@ def parse_url(text: str) -> DeviceUrl:
     Raises
     ------
     UrlError
-        The scheme is unknown, or host, port, path or an option is missing or malformed.
+        The scheme is unknown, host, port, path or an option is missing or malformed, or an IPv6 address has no
+        brackets.
     """
+    _check_brackets(text)
     try:
         parts   = urllib.parse.urlsplit(text)
         options = dict(urllib.parse.parse_qsl(parts.query, strict_parsing=True) if parts.query else [])
     except ValueError:
-        raise UrlError(f"'{text}' is not a device URL, write it like {EXAMPLES['tcp']}") from None
+        example = EXAMPLES.get(text.partition(":")[0], EXAMPLES["tcp"])
+        raise UrlError(f"'{text}' is not a device URL, write it like {example}") from None
     if parts.scheme not in EXAMPLES or not text.startswith(f"{parts.scheme}:"):
         raise UrlError(f"'{text}' is not a device URL, write it like one of: {', '.join(EXAMPLES.values())}")
     url = DeviceUrl(text, parts.scheme, path=parts.path, options=options)
@@ -86,6 +91,32 @@ def parse_url(text: str) -> DeviceUrl:
     if parts.netloc or bool(parts.path) != (parts.scheme == "serial"):
         raise UrlError(f"'{text}' is not a {parts.scheme} URL, write it like {EXAMPLES[parts.scheme]}")
     return url
+
+
+def _is_ipv6(text: str) -> bool:
+    try:
+        ipaddress.IPv6Address(text)
+    except ValueError:
+        return False
+    return True
+
+
+def _check_brackets(text: str) -> None:
+    """Raise UrlError for an IPv6 address without the brackets that tell its colons from that of the port."""
+    scheme, _, rest = text.partition("://")
+    place           = re.split("[/?#]", rest, maxsplit=1)[0]
+    if scheme not in ("udp", "tcp") or re.fullmatch(r"\[.*\](:.*)?", place):
+        return
+    bare          = re.sub(r"[\[\]]", "", place)
+    host, _, port = bare.rpartition(":")
+    # The last part may be the port; over TCP there is always one.
+    if _is_ipv6(host) and port.isdecimal() and (scheme == "tcp" or bare != place or not _is_ipv6(bare)):
+        written = f"[{host}]:{port}"
+    elif _is_ipv6(bare):
+        written = f"[{bare}]:2000" if scheme == "tcp" else f"[{bare}]"
+    else:
+        return
+    raise UrlError(f"'{text}': an IPv6 address is written in brackets, like {scheme}://{written}")
 
 
 def _parse_host(url: DeviceUrl, parts: urllib.parse.SplitResult) -> DeviceUrl:
@@ -97,7 +128,7 @@ def _parse_host(url: DeviceUrl, parts: urllib.parse.SplitResult) -> DeviceUrl:
         port = UDP_PORT
     if port == 0:
         raise UrlError(f"'{url.text}': the port must be a number from 1 to 65535")
-    if not host or port is None or parts.path:
+    if not host or port is None or parts.path or re.search("\\][^:]", parts.netloc):
         raise UrlError(f"'{url.text}' is not a {url.scheme} URL, write it like {EXAMPLES[url.scheme]}")
     url.check_options(*(("mode",) if url.scheme == "udp" else ()))
     return DeviceUrl(url.text, url.scheme, host, port, options=url.options)

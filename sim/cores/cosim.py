@@ -7,6 +7,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -49,11 +51,13 @@ class CosimMatcher:
     ----------
     parameters
         What is built.
+    trace
+        File for a waveform, .vcd or .fst: see `VerilatedCore`.
     """
-    def __init__(self, parameters: MatcherParameters) -> None:
+    def __init__(self, parameters: MatcherParameters, trace: Path | None = None) -> None:
         self.parameters = parameters
         self.core       = StreamCore(Matcher(parameters),
-                                     [name for name, *_ in matcher_settings(parameters)] + ["reset"])
+                                     [name for name, *_ in matcher_settings(parameters)] + ["reset"], trace=trace)
 
     def match_settings(self, left: NDArray[np.uint8], right: NDArray[np.uint8], settings: Settings, *,
                        valid: float = 1.0, ready: float = 1.0, seed: int = 0) -> tuple[NDArray[np.int16], int, int]:

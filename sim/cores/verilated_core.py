@@ -39,6 +39,8 @@ def waveform_file(core: str, trace: Path | None) -> Path | None:
     ------
     ValueError
         The file ends otherwise than those of `TRACE_OPTIONS`.
+    OSError
+        The file cannot be written.
     """
     folder = os.environ.get("LITESTEREO_TRACE")
     if trace is None and folder:
@@ -47,6 +49,7 @@ def waveform_file(core: str, trace: Path | None) -> Path | None:
         if trace.suffix not in TRACE_OPTIONS:
             raise ValueError(f"a waveform is a file that ends in {' or '.join(TRACE_OPTIONS)}, not {trace}")
         trace.parent.mkdir(parents=True, exist_ok=True)
+        trace.open("wb").close() # Verilator would end the program if it could not open it.
     return trace
 
 

@@ -11,8 +11,10 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from ...soc.flow.place import PACKAGE, SPEED_GRADE, place
-from ...soc.flow.synthesis import emit, resources, synthesize
+from ...soc.build.pages import FPGA_LOCK
+from ...soc.flow.place import PACKAGE, SEED, SPEED_GRADE, place
+from ...soc.flow.synthesis import FAMILIES as COMMANDS
+from ...soc.flow.synthesis import PRIMITIVES, emit, resources, synthesize
 from ...soc.reports.markdown import table, tools
 from ...soc.reports.resources import PLACEMENTS
 from .presets import BARE, Preset, Scale
@@ -26,6 +28,11 @@ DEVICE, CONSTRAINT_MHZ = PLACEMENTS[0][:2]
 
 #: Most disparities that are placed, without further stages: more take too long for a page that is often remade.
 MOST_PLACED = 64
+
+
+def placed_by() -> list[str]:
+    """Return what synthesis, place and route depend on, apart from the Verilog."""
+    return [repr((COMMANDS, PRIMITIVES, PACKAGE, SPEED_GRADE, SEED)), FPGA_LOCK.read_text()]
 
 
 def placed_mhz(scale: Scale, preset: Preset) -> float | None:
@@ -64,5 +71,5 @@ place and route for it, so it has no clock here. The clock is that of an {device
 the slowest), with a constraint of {constraint} MHz. Only matchers without further stages are placed, of up to
 {most} disparities; [resources.md](resources.md#place-and-route-on-an-ecp5) has a matcher with all stages. {tools}.
 
-{table}""", measure_resources, fields),
+{table}""", measure_resources, fields, Scale.narrow, more=placed_by),
 ]

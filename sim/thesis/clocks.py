@@ -13,16 +13,18 @@ from typing import Any
 
 import numpy as np
 
+from ...gateware.common.parameters import MatcherParameters
 from ...host_tools.devices.connect import Device, connect
 from ...soc.reports.markdown import table
 from ..models.pattern import LEFT_SEED, RIGHT_SEED, pattern
 from ..models.stereo_bm import stereo_bm
 from ..socs.matcher import MATCHER
 from ..system.build import MEMORIES
-from .area import placed_mhz
+from .area import placed_by, placed_mhz
+from .measured import BENCH, MODEL
 from .pictures import Curve, plot
 from .presets import PUBLISHED, Preset, Scale
-from .section import Section
+from .section import PACKAGE, Section
 
 Row = dict[str, Any]
 
@@ -101,6 +103,11 @@ def clock_fields(result: list[Row]) -> dict[str, object]:
 
 # Table 5.6 and figure 5.2 -------------------------------------------------------------------------
 
+def rate_builds(scale: Scale) -> list[MatcherParameters]:
+    """Return the matchers that are simulated, and those that are placed."""
+    return scale.wide() + scale.narrow()
+
+
 def measure_rates(scale: Scale, folder: Path) -> dict[str, Any]:
     """Measure the clocks of frames of many sizes and the clock that each preset reaches, and draw the plot."""
     rows   = []
@@ -146,7 +153,7 @@ the last pixel of the map out. `full system` is litex_sim with integrated RAM, f
 matcher that has all stages. Every map is compared with the reference model's. A preset that is too large for this
 SoC has no figure. The number of disparities only changes the length of the pipeline.
 
-{table}""", measure_clocks, clock_fields),
+{table}""", measure_clocks, clock_fields, Scale.wide, system=True, sources=(*BENCH, *MODEL)),
     Section("Table 5.6", "frame rates", """\
 Frames of {width} x {height} pixels. The two rates of the thesis are published, from its author's simulation; we do
 not know its clock. Our rates follow from the clocks of the matcher alone: at {mhz} MHz, a round number and not a
@@ -158,5 +165,5 @@ Figure 5.2: frames per second by image size, ours at {mhz} MHz.
 
 ![Frames per second over image sizes](images/thesis/frame_rate.png)
 
-{by_size}""", measure_rates, rate_fields, uses=("area.py",)),
+{by_size}""", measure_rates, rate_fields, rate_builds, sources=(*BENCH, PACKAGE / "area.py"), more=placed_by),
 ]

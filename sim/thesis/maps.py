@@ -16,6 +16,7 @@ import numpy as np
 from ...host_tools.core.images import disparity_pixels
 from ...host_tools.evaluation.metrics import measure_map
 from ...soc.reports.markdown import table
+from .measured import BENCH, METRICS
 from .middlebury import PAIRS, stereo_pair
 from .pictures import maps
 from .presets import Scale
@@ -61,5 +62,6 @@ that of the valid pixels.
 
 {table}"""
 
-SECTIONS = [Section(label, f"disparity maps of {name.capitalize()}", TEXT, measure_pair(name), fields, needs_pairs=True)
+SECTIONS = [Section(label, f"disparity maps of {name.capitalize()}", TEXT, measure_pair(name), fields, Scale.wide,
+                    sources=(*BENCH, *METRICS), needs_pairs=True)
             for label, name in zip(("Figure 5.4", "Figure 5.5", "Figure 5.6"), PAIRS, strict=True)]

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...gateware.common.parameters import MAX_BLOCK_SIZE, MIN_BLOCK_SIZE
+from ...gateware.common.parameters import MAX_BLOCK_SIZE, MIN_BLOCK_SIZE, MatcherParameters
 from ...gateware.engines.sad.block_sum import BlockSum
 from ...gateware.engines.sad.column_sum import ColumnSum
 from ...host_tools.core.images import disparity_pixels
@@ -21,6 +21,7 @@ from ...host_tools.data.datasets import StereoPair
 from ...soc.reports.markdown import table
 from ..models import stages
 from ..models.stereo_bm import stereo_bm, used_columns
+from .measured import BENCH, MODEL
 from .middlebury import stereo_pair
 from .pictures import maps
 from .presets import Preset, Scale
@@ -36,9 +37,25 @@ FEWEST_BITS = 11
 COLUMNS = 3
 
 
+def widest(disparities: int) -> int:
+    """Return the width of the worst case, which all of its matchers have."""
+    return disparities + 2*MAX_BLOCK_SIZE
+
+
+def block_sizes(scale: Scale) -> list[int]:
+    """Return the block sizes of the table of widths."""
+    return sorted({MIN_BLOCK_SIZE, *(one.block_size for one in scale.presets), max(scale.block_sizes), MAX_BLOCK_SIZE})
+
+
+def overflow_builds(scale: Scale) -> list[MatcherParameters]:
+    """Return the matchers of the table of widths; the one with the largest block has the worst case."""
+    disparities = scale.presets[0].disparities
+    return [Preset(disparities, size).parameters(widest(disparities)) for size in block_sizes(scale)]
+
+
 def widths(disparities: int, block_size: int) -> dict[str, int]:
     """Return the largest sums of a column and of a block, and the bits that the elaborated cores have for them."""
-    parameters = Preset(disparities, block_size).parameters(disparities + 2*MAX_BLOCK_SIZE)
+    parameters = Preset(disparities, block_size).parameters(widest(disparities))
     return {
         "block_size":  block_size,
         "column":      block_size*parameters.largest_pixel,
@@ -65,7 +82,7 @@ def wrapped_map(pair: StereoPair, preset: Preset, bits: int) -> NDArray[np.int16
 def worst_case_differences(disparities: int) -> int:
     """Return in how many pixels the gateware's map of black against white differs from the model's, at the largest
     block."""
-    size    = disparities + 2*MAX_BLOCK_SIZE
+    size    = widest(disparities)
     black   = np.zeros((size, size), np.uint8)
     preset  = Preset(disparities, MAX_BLOCK_SIZE)
     matcher = preset.cosim(size)
@@ -87,10 +104,9 @@ def measure_overflow(scale: Scale, folder: Path) -> dict[str, Any]:
     cut     = {bits: wrapped_map(pair, preset, bits) for bits in range(needed, FEWEST_BITS - 1, -1)}
     maps(folder / "overflow.png", [(f"{bits} bits", disparity_pixels(one)) for bits, one in cut.items()],
          preset.disparities - 1, COLUMNS)
-    sizes = sorted({MIN_BLOCK_SIZE, *(one.block_size for one in scale.presets), max(scale.block_sizes), MAX_BLOCK_SIZE})
     return {
         "preset":   preset.name,
-        "widths":   [widths(preset.disparities, size) for size in sizes],
+        "widths":   [widths(preset.disparities, size) for size in block_sizes(scale)],
         "worst":    worst_case_differences(preset.disparities),
         "changed":  {bits: 100*float((one != whole)[valid].mean()) for bits, one in cut.items()},
         "largest":  MAX_BLOCK_SIZE,
@@ -122,5 +138,5 @@ The picture shows what overflow would do: Tsukuba ({preset}) by the model, with 
 
 ![Tsukuba with sums of fewer bits](images/thesis/overflow.png)
 
-{cuts}""", measure_overflow, fields, needs_pairs=True),
+{cuts}""", measure_overflow, fields, overflow_builds, sources=(*BENCH, *MODEL), needs_pairs=True),
 ]

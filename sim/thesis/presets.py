@@ -110,6 +110,14 @@ class Scale:
     clock_mhz:   int                         = 100
     strip_rows:  int                         = 20
 
+    def narrow(self) -> list[MatcherParameters]:
+        """Return the matchers of the presets for frames of `width`, which are synthesized and counted."""
+        return [preset.parameters(self.width) for preset in self.presets]
+
+    def wide(self) -> list[MatcherParameters]:
+        """Return the matchers of the presets for the widest frame, which are simulated."""
+        return [preset.parameters(self.max_width) for preset in self.presets]
+
     @property
     def max_width(self) -> int:
         """Width of the widest frame for the simulated matchers, in pixels."""

@@ -8,21 +8,18 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from ...soc.build.paths import LITEX_PACKAGES, PACKAGE_DIR, build_directory, built_once, code_key, content_key
+from ...gateware.common.parameters import MatcherParameters
+from ...soc.build.paths import build_directory, built_once, code_key, content_key
+from .measured import matchers_key, system_key, versions_key
 from .middlebury import data_key
 from .presets import Scale
 
 PACKAGE = Path(__file__).resolve().parent
-
-#: Rooms that every measurement depends on.
-MEASURED = ("firmware", "gateware", "soc/build", "soc/parts", "soc/boards", "soc/flow", "sim/bench", "sim/cores",
-            "sim/models", "sim/socs", "sim/system")
 
 #: Files of this package that every measurement depends on, in addition to its own module.
 SHARED = ("elaborated.py", "middlebury.py", "pictures.py", "presets.py")
@@ -44,30 +41,43 @@ class Section:
         Function that measures at a scale, writes pictures to a folder, and returns a result for JSON.
     fields
         Function that returns the text's fields from the result of `measure`.
+    builds
+        Function that returns the matchers that are measured at a scale: their emitted Verilog is part of the key.
+    system
+        Whether the path from memory to memory in the simulated SoC is measured too.
+    sources
+        Files whose code is part of the key, in addition to its own module and `SHARED`.
+    more
+        Function that returns further parts of the key.
     needs_pairs
         Whether it uses the Middlebury pairs.
-    uses
-        Further files of this package that it depends on.
     """
     label:       str
     title:       str
     text:        str
     measure:     Callable[[Scale, Path], Any]
     fields:      Callable[[Any], dict[str, object]]
-    needs_pairs: bool            = False
-    uses:        tuple[str, ...] = ()
+    builds:      Callable[[Scale], Iterable[MatcherParameters]]
+    system:      bool                    = False
+    sources:     tuple[Path, ...]        = ()
+    more:        Callable[[], list[str]] = list
+    needs_pairs: bool                    = False
 
     @property
     def name(self) -> str:
         """The label as a part of file names: "table-5-1". A dot would begin a suffix."""
         return self.label.lower().replace(" ", "-").replace(".", "-")
 
+    @property
+    def files(self) -> list[Path]:
+        """Return the files and folders whose code is part of the key: no gateware, whose Verilog is."""
+        return [Path(self.measure.__code__.co_filename), *(PACKAGE / name for name in SHARED), *self.sources]
+
     def key(self, scale: Scale) -> str:
         """Return the content key of the measurement, apart from the pairs that it is made on."""
-        module  = Path(self.measure.__code__.co_filename)
-        sources = [module, *(PACKAGE / name for name in (*SHARED, *self.uses)),
-                   *(PACKAGE_DIR / folder for folder in MEASURED)]
-        return content_key([repr(scale), code_key(*sources), *(version(name) for name in LITEX_PACKAGES)])
+        system = [system_key(), versions_key()] if self.system else []
+        return content_key([repr(scale), code_key(*self.files), matchers_key(self.builds(scale)), *system,
+                            *self.more()])
 
     def measured(self, scale: Scale) -> Path:
         """Return the folder with `result.json` and pictures; measure once for each content."""

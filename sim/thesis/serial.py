@@ -16,11 +16,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...firmware import FIRMWARE_DIR
+from ...gateware.common.parameters import MatcherParameters
 from ...host_tools.data.datasets import StereoPair
 from ...host_tools.devices.connect import Device, connect
 from ...soc.reports.markdown import table
 from ..bench.clocks import measure_frame
 from .clocks import WrongMap
+from .measured import BENCH, CPU_MATCHER
 from .middlebury import stereo_pair
 from .presets import BARE, Preset, Scale
 from .section import PACKAGE, Section
@@ -77,10 +79,20 @@ def cpu_clocks(device: Device, scale: Scale, preset: Preset, pair: StereoPair) -
     return more + (height - high)*(more - less)//(high - low)
 
 
+def measured_presets(scale: Scale) -> list[Preset]:
+    """Return the presets without further stages."""
+    return [preset for preset in scale.presets if preset.features == BARE]
+
+
+def programs_builds(scale: Scale) -> list[MatcherParameters]:
+    """Return the matchers of the presets, for the widest frame."""
+    return [preset.parameters(scale.max_width) for preset in measured_presets(scale)]
+
+
 def measure_programs(scale: Scale, folder: Path) -> dict[str, Any]:
     """Return the clocks of the accelerator, the program's time divided by its time, and the clocks of the CPU."""
     program = compiled(folder)
-    presets = [preset for preset in scale.presets if preset.features == BARE]
+    presets = measured_presets(scale)
     rows    = []
     with connect("sim:?ram=integrated-ram&link=serial") as device:
         for name in PAIRS:
@@ -118,5 +130,6 @@ of the SoC in litex_sim both are in clocks: the console's `cpu_bench`, on noise 
 and {high} rows. The clocks of the remaining rows are extrapolated, within some percent, because the cost of a row
 depends on its place in the data cache. Only one configuration is measured, because it takes minutes of simulation.
 
-{table}""", measure_programs, fields, needs_pairs=True, uses=("serial_sad.c",)),
+{table}""", measure_programs, fields, programs_builds, system=True,
+            sources=(*BENCH, *CPU_MATCHER, PACKAGE / "serial_sad.c"), more=lambda: OPTIONS[:2], needs_pairs=True),
 ]

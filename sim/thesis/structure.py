@@ -11,7 +11,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from ...gateware.common.parameters import MIN_BLOCK_SIZE, PIXEL_BITS
+from ...gateware.common.parameters import MIN_BLOCK_SIZE, PIXEL_BITS, MatcherParameters
 from ...gateware.engines.sad.absolute_difference import AbsoluteDifference
 from ...gateware.engines.sad.block_sum import BlockSum
 from ...gateware.engines.sad.column_sum import ColumnSum
@@ -59,12 +59,21 @@ def at_once() -> list[int]:
     return sorted({1, *(preset.published_pixels or 1 for preset in THESIS)})
 
 
+def pixel_presets(scale: Scale) -> list[Preset]:
+    """Return the presets of table 5.1: block sizes that can be built, and the fewest disparities."""
+    return [Preset(min(scale.disparities), size) for size in scale.block_sizes if size >= MIN_BLOCK_SIZE]
+
+
+def pixel_builds(scale: Scale) -> list[MatcherParameters]:
+    """Return the matchers of table 5.1."""
+    return [preset.parameters(scale.width) for preset in pixel_presets(scale)]
+
+
 def measure_pixels(scale: Scale, folder: Path) -> list[Counts]:
     """Return the counts over the block sizes that can be built, for the fewest disparities."""
-    fewest = min(scale.disparities)
-    return [counts(scale.width, Preset(fewest, size)) | {
-        "window": [held_at_once(size, pixels, fewest) for pixels in at_once()], "width": scale.width}
-        for size in scale.block_sizes if size >= MIN_BLOCK_SIZE]
+    return [counts(scale.width, preset) | {
+        "window": [held_at_once(preset.block_size, pixels, preset.disparities) for pixels in at_once()],
+        "width":  scale.width} for preset in pixel_presets(scale)]
 
 
 def pixel_fields(result: list[Counts]) -> dict[str, object]:
@@ -78,9 +87,19 @@ def pixel_fields(result: list[Counts]) -> dict[str, object]:
 
 # Tables 5.2 and 5.3 -------------------------------------------------------------------------------
 
+def disparity_presets(scale: Scale) -> list[Preset]:
+    """Return the presets of table 5.2: the block of the thesis' first configuration."""
+    return [Preset(disparities, scale.presets[0].block_size) for disparities in scale.disparities]
+
+
+def disparity_builds(scale: Scale) -> list[MatcherParameters]:
+    """Return the matchers of table 5.2."""
+    return [preset.parameters(scale.width) for preset in disparity_presets(scale)]
+
+
 def measure_disparities(scale: Scale, folder: Path) -> list[Counts]:
-    """Return the counts over the disparities, for the block of the thesis' first configuration."""
-    return [counts(scale.width, Preset(disparities, scale.presets[0].block_size)) for disparities in scale.disparities]
+    """Return the counts over the disparities."""
+    return [counts(scale.width, preset) for preset in disparity_presets(scale)]
 
 
 def disparity_fields(result: list[Counts]) -> dict[str, object]:
@@ -120,18 +139,18 @@ in one line buffer (images {width} pixels wide), a sum per column and disparity,
 a ring. Registers are all flip-flops of the elaborated matcher, before synthesis. The table begins with the
 smallest block of the gateware.
 
-{table}""", measure_pixels, pixel_fields),
+{table}""", measure_pixels, pixel_fields, pixel_builds),
     Section("Table 5.2", "SAD units and comparators over the disparity range", """\
 Operators of the elaborated cores, block {block}x{block}. A SAD unit is a running sum of a block, one per
 disparity. It needs two absolute differences, for the row that enters and the row that leaves, for any block size.
 For comparison, the last column follows from the definition of the sum.
 
-{table}""", measure_disparities, disparity_fields),
+{table}""", measure_disparities, disparity_fields, disparity_builds),
     Section("Table 5.3", "SAD units and comparators over the pixels at once", """\
 The thesis processes several pixels at the same time. Our matcher begins one pixel per clock, with all its
 disparities, and completes one per clock; the same units hold as many pixels as the pipeline is long. The columns
 for separate units per pixel follow from the definition and are not values of the thesis. With all stages, one more
 unit sums the texture.
 
-{table}""", measure_parallel, parallel_fields),
+{table}""", measure_parallel, parallel_fields, Scale.narrow),
 ]

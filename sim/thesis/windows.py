@@ -14,13 +14,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...gateware.common.parameters import MIN_BLOCK_SIZE
+from ...gateware.common.parameters import MIN_BLOCK_SIZE, MatcherParameters
 from ...host_tools.core.images import disparity_pixels
 from ...host_tools.data.datasets import StereoPair
 from ...host_tools.evaluation.metrics import measure_map
 from ...soc.reports.markdown import table
 from ..cores.cosim import CosimMatcher
 from ..models import block_matching as model
+from .measured import BENCH, BLOCK_MATCHING, METRICS
 from .middlebury import stereo_pair
 from .pictures import Curve, maps, plot
 from .presets import Preset, Scale
@@ -43,9 +44,19 @@ def matched(matcher: CosimMatcher, pair: StereoPair, disparities: int, sizes: tu
             yield size, matcher.match_settings(pair.left, pair.right, Preset(disparities, size).settings())[0]
 
 
+def largest(scale: Scale) -> Preset:
+    """Return the matcher of all maps."""
+    return Preset(max(DISPARITIES.values()), max(scale.block_sizes))
+
+
+def blocks_builds(scale: Scale) -> list[MatcherParameters]:
+    """Return that matcher alone."""
+    return [largest(scale).parameters(scale.max_width)]
+
+
 def measure_blocks(scale: Scale, folder: Path) -> dict[str, Any]:
     """Measure the maps of every block size, draw the curves and the maps of one pair."""
-    matcher = Preset(max(DISPARITIES.values()), max(scale.block_sizes)).cosim(scale.max_width)
+    matcher = largest(scale).cosim(scale.max_width)
     result  = {}
     for name, disparities in DISPARITIES.items():
         pair    = stereo_pair(name)
@@ -90,5 +101,6 @@ block leaves a wide border. Smallest share of bad pixels: {best}.
 
 ![Maps of Tsukuba with each block](images/thesis/window_maps.png)
 
-{table}""", measure_blocks, fields, needs_pairs=True),
+{table}""", measure_blocks, fields, blocks_builds,
+            sources=(*BENCH, *METRICS, *BLOCK_MATCHING), needs_pairs=True),
 ]

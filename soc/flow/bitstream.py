@@ -21,6 +21,7 @@ from ..build.commit import commit
 from ..build.paths  import build_directory, built_once, content_key
 from ..build.tools  import ToolError, run_logged
 from .              import vendor
+from .flash_room    import check_size
 from .mapping       import without_collision_logic, without_open_carries
 from .sources       import Sources, flash_image, rom_contents, sources, without_dates
 from .synthesis     import tool, tool_version
@@ -98,9 +99,16 @@ def place_and_route(made: Sources) -> Bitstream:
 # Command ------------------------------------------------------------------------------------------
 
 def deliver(made: Bitstream) -> Path:
-    """Copy bitstream, flash image and report to `build/<board>/`, for users; return that folder."""
+    """Copy bitstream, flash image and report to `build/<board>/`, for users; return that folder.
+
+    Raises
+    ------
+    ToolError
+        The bitstream reaches into the firmware's images in flash; nothing is copied.
+    """
     board  = made.sources.board
     folder = build_directory() / board["board"]
+    check_size(f"{board['board']}.bit", (made.folder / f"{TOP}.bit").stat().st_size, board["flash"]["offset"])
     folder.mkdir(parents=True, exist_ok=True)
     shutil.copy(made.folder / f"{TOP}.bit", folder / f"{board['board']}.bit")
     (folder / "firmware.bin").write_bytes(flash_image(made.sources.firmware.read_bytes()))

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Refuse a bitstream whose clocks are too slow, or that is older than its sources."""
+"""Refuse a bitstream whose clocks are too slow, that is older than its sources, or too large for its flash."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from ..boards      import OPEN_BOARDS, VENDOR_TOOLS
 from ..build.paths import build_directory
 from ..build.tools import ToolError
 from .bitstream    import placement_key
+from .flash_room   import check_room
 from .sources      import sources
 
 def clock_name(net: str) -> str:
@@ -56,8 +57,10 @@ def main() -> int:
         try:
             if board in VENDOR_TOOLS:
                 raise ToolError(f"{board}: its bitstream is made, and checked, by {VENDOR_TOOLS[board]}")
-            check(board, placement_key(sources(board)), delivered(board))
-            print(f"{board}: every clock is met, and the bitstream is of these sources")
+            built = delivered(board)
+            check(board, placement_key(sources(board)), built)
+            check_room(build_directory() / board / f"{board}.bit", built["flash"]["offset"])
+            print(f"{board}: every clock is met, the bitstream is of these sources, and ends before the firmware")
         except ToolError as error:
             print(f"boards: error: {error}", file=sys.stderr)
             status = 1

@@ -16,6 +16,7 @@ from ..boards      import VENDOR_TOOLS, soc_class
 from ..build.paths import build_directory
 from ..build.tools import ToolError
 from .             import vendor
+from .flash_room   import check_room
 
 def built(board: str) -> Path:
     """Return the folder of a board's bitstream; raise ToolError if there is none."""
@@ -46,19 +47,12 @@ def load(board: str) -> None:
     """Load the bitstream into the FPGA; the firmware comes from the flash."""
     run_loader(board, str(bitstream(board)))
 
-def check_room(path: Path, offset: int) -> None:
-    """Raise ToolError if a bitstream, which begins at address 0, reaches into the firmware's images at `offset`."""
-    size = path.stat().st_size if path.is_file() else 0 # openFPGALoader says that a file is not there.
-    if size > offset:
-        raise ToolError(f"{path.name} has {size} bytes, but the firmware's images begin at {offset}: set a larger "
-                        "flash_offset for the board")
-
 def flash(board: str) -> None:
     """Write the bitstream and each image of the firmware to the flash."""
     folder = built(board)
     place  = json.loads((folder / "report.json").read_text())["flash"]
     path   = bitstream(board)
-    check_room(path, place["offset"])
+    check_room(path, place["offset"]) # openFPGALoader says that a file is not there.
     run_loader(board, "--write-flash", str(path))
     for image in range(place["images"]):
         offset = place["offset"] + image*place["bytes"]

@@ -16,6 +16,7 @@ from ..boards       import TOP, VENDOR_TOOLS
 from ..build.commit import commit
 from ..build.paths  import build_directory, built_once, content_key
 from ..build.tools  import run_logged
+from .flash_room    import check_vendor_room
 from .sources       import Sources, flash_image, rom_contents, without_dates
 from .synthesis     import Resources, resources, tool, tool_version
 
@@ -92,9 +93,10 @@ def counts(made: Sources) -> Resources:
 def deliver(made: Sources, counted: Resources) -> Path:
     """Copy the inputs of the vendor's tool to `build/<board>/gateware`, with flash image and report beside them.
 
-    Return `build/<board>`.
+    Return `build/<board>`. Raise ToolError if the bitstream would reach into the firmware's images in flash.
     """
     board  = made.board
+    check_vendor_room(board["board"])
     folder = build_directory() / board["board"]
     shutil.rmtree(folder, ignore_errors=True)
     shutil.copytree(made.gateware, folder / "gateware")

@@ -11,6 +11,7 @@ from ...gateware.common.parameters      import check
 from ...gateware.link.network           import Network
 from ...gateware.peripherals.frame_link import FrameLink
 from .add_stereo                        import BusPorts
+from .dma_checks                        import DMAChecks
 
 UDP_PORT    = 19539 # As in docs/protocol.md.
 MAC_ADDRESS = 0x10e2d5000002
@@ -20,7 +21,7 @@ GATEWAY     = "0.0.0.0" # None.
 
 # Frame Link Mixin ---------------------------------------------------------------------------------
 
-class FrameLinkMixin:
+class FrameLinkMixin(DMAChecks):
     """Gives a LiteX SoC the method `add_frame_link`: `class MySoC(FrameLinkMixin, SoCCore)`."""
 
     def add_frame_link(self, phy, name="frame_link", mac_address=MAC_ADDRESS, ip_address=IP_ADDRESS, netmask=NETMASK,
@@ -33,7 +34,7 @@ class FrameLinkMixin:
         phy
             LiteEth PHY, 8 bits wide, a module of this SoC.
         name : str
-            Name of the peripheral, and prefix of its registers.
+            Name of the peripheral, and prefix of its registers; a C identifier.
         mac_address, ip_address, netmask, gateway
             Addresses of the device, as ints or in dots; a gateway of 0.0.0.0 is none. The firmware writes them to the
             peripheral's registers.
@@ -52,7 +53,13 @@ class FrameLinkMixin:
             Answer a ping.
         pipelined : bool
             See `Network` and `SlotTable`.
+
+        Raises
+        ------
+        ValueError
+            If a parameter is not as above. For a cache that is added later, when the SoC is finalized.
         """
+        self.check_dma_name(name)
         self.check_if_exists(name)
         stereo = getattr(self, "stereo", None)
         if streaming is None:
@@ -67,10 +74,13 @@ class FrameLinkMixin:
             self.add_constant(f"NETWORK_{constant}", convert_ip(address))
         self.add_constant("NETWORK_MAC_HIGH", mac_address >> 32)
         self.add_constant("NETWORK_MAC_LOW",  mac_address & 0xffffffff)
-        network = Network(phy, udp_port, self.clk_freq, with_icmp, pipelined)
-        link    = FrameLink(
-            read_port   = memory.get_port(mode="read"),
-            write_port  = memory.get_port(mode="write"),
+        network    = Network(phy, udp_port, self.clk_freq, with_icmp, pipelined)
+        read_port  = memory.get_port(mode="read")
+        write_port = memory.get_port(mode="write")
+        self.check_dma_ports(name, read_port, write_port)
+        link       = FrameLink(
+            read_port   = read_port,
+            write_port  = write_port,
             port        = udp_port,
             max_chunks  = max_chunks,
             burst_bytes = burst_bytes,

@@ -9,6 +9,7 @@ from litex.soc.interconnect import wishbone
 
 from ...gateware.peripherals.stereo_crossing   import StereoPeripheralCrossing
 from ...gateware.peripherals.stereo_peripheral import StereoPeripheral
+from .dma_checks                               import DMAChecks
 
 # Bus Ports ----------------------------------------------------------------------------------------
 
@@ -34,7 +35,7 @@ class BusPorts:
 
 # Stereo Mixin -------------------------------------------------------------------------------------
 
-class StereoMixin:
+class StereoMixin(DMAChecks):
     """Gives a LiteX SoC the method `add_stereo`: `class MySoC(StereoMixin, SoCCore)`."""
 
     def add_stereo(self, parameters, name="stereo", memory=None, burst_bytes=128, clock_domain="sys"):
@@ -45,7 +46,7 @@ class StereoMixin:
         parameters : MatcherParameters
             What is built: widest frame, largest number of disparities, largest block size, optional stages.
         name : str
-            Prefix of the peripheral's registers, and name of its interrupt.
+            Prefix of the peripheral's registers, and name of its interrupt; a C identifier.
         memory : object with `get_port(mode=...)`, optional
             Source of the DMA's ports: `self.sdram.crossbar` of a SDRAM without L2 cache (the crossbar bypasses
             it), a `WideRAM`, or by default the SoC's bus.
@@ -53,14 +54,23 @@ class StereoMixin:
             Bytes of a burst.
         clock_domain : str
             Clock domain of matcher and DMA, if `sys` is too slow for them: see `StereoPeripheralCrossing`.
+
+        Raises
+        ------
+        ValueError
+            If a parameter is not as above. For a cache that is added later, when the SoC is finalized.
         """
+        self.check_dma_name(name)
         self.check_if_exists(name)
         if memory is None:
             memory = BusPorts(self, name)
+        read_port  = memory.get_port(mode="read")
+        write_port = memory.get_port(mode="write")
+        self.check_dma_ports(name, read_port, write_port)
         crossed = clock_domain != "sys"
         stereo  = (StereoPeripheralCrossing if crossed else StereoPeripheral)(
-            read_port   = memory.get_port(mode="read"),
-            write_port  = memory.get_port(mode="write"),
+            read_port   = read_port,
+            write_port  = write_port,
             parameters  = parameters,
             burst_bytes = burst_bytes,
             **({"clock_domain": clock_domain} if crossed else {}),

@@ -108,7 +108,8 @@ def document(builds: dict[str, dict], counted: dict[str, Resources]) -> str:
     clocks = [row for board, built in builds.items() for row in clock_rows(board, built)]
     tools  = sorted({tool for built in builds.values() for tool in built["tools"]})
     return "\n".join([HEADER,
-        "## Presets\n\nFrames of 640 x 480 at one pixel per clock. Memory and link may allow fewer.\n", preset_text(),
+        "## Presets\n\nFrames of 640 x 480 at one pixel per clock. Memory and link may allow fewer. "
+        "[accuracy.md](accuracy.md) says how good the maps of each preset are.\n", preset_text(),
         "## Sites\n\nA combinational site is a LUT4 or half a carry. The key is a hash of all inputs of the bitstream; "
         "`make boards-check` compares it with that of the sources.\n",
         table(["board", "device", *SITES.values(), "seed", "key", "commit"],

@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from litestereo.firmware import FIRMWARE_DIR
 from litestereo.gateware.common.parameters import MatcherParameters
 from litestereo.gateware.engines.sad.block_sum import BlockSum
 from litestereo.gateware.post.selection.winner import Winner
@@ -22,10 +23,11 @@ from litestereo.host_tools.core.errors import DatasetError
 from litestereo.host_tools.data.datasets import StereoPair
 from litestereo.sim.models.stereo_bm import stereo_bm
 from litestereo.sim.thesis import __main__ as command
-from litestereo.sim.thesis import clocks, middlebury, overflow, page, serial, structure
+from litestereo.sim.thesis import clocks, measured, middlebury, overflow, page, serial, structure
 from litestereo.sim.thesis.elaborated import contents
 from litestereo.sim.thesis.presets import PUBLISHED, THESIS, Preset, Scale
 from litestereo.sim.thesis.section import PACKAGE
+from litestereo.soc.build.paths import PACKAGE_DIR, content_key
 from support.pairs import generator, textured_pair
 
 #: The smallest possible scale.
@@ -107,6 +109,73 @@ def test_page(build):
     for preset in THESIS:
         assert f"{preset.published_fps} {PUBLISHED}" in text
     assert all(after.startswith(f" {PUBLISHED}") for after in re.split(r"15\.73|29\.32", text)[1:])
+
+
+#: Rooms whose code is in no key.
+OTHERS = ("gateware", "soc/", "sim/socs", "sim/system", "sim/bench", "firmware/link", "firmware/drivers")
+
+
+@pytest.fixture
+def emitted(monkeypatch):
+    """Return texts that replace the Verilog of matchers, by their parameters; that of all others is the parameters."""
+    texts = {}
+
+    def emit(parameters):
+        return texts.get((parameters.disparities, parameters.max_block_size, len(parameters.features)), repr(
+            (parameters.max_width, parameters.disparities, parameters.max_block_size, sorted(parameters.features))))
+
+    monkeypatch.setattr(measured, "emit", emit)
+    monkeypatch.setattr("litestereo.sim.thesis.section.code_key", lambda *paths: content_key(map(str, paths)))
+    monkeypatch.setattr(measured, "computed_key", lambda name, sources, parts: content_key(parts()))
+    for function in (measured.matcher_key, measured.system_key):
+        function.cache_clear()
+    yield texts
+    for function in (measured.matcher_key, measured.system_key):
+        function.cache_clear()
+
+
+def keys():
+    """Return the keys of all sections at the scale of the page, by their labels."""
+    measured.matcher_key.cache_clear()
+    return {one.label: one.key(Scale()) for one in page.SECTIONS}
+
+
+def test_keys_follow_the_verilog(emitted):
+    """A change of the Verilog of one build makes the sections stale that measure it, and no others."""
+    before = keys()
+    assert keys() == before
+    for build, stale in [
+            ((16, 7, 1),   {"Table 5.1", "Table 5.3", "Table 5.4", "Table 5.5", "Table 5.6", "Table 5.7", "Figure 5.3",
+                            "Figure 5.4", "Figure 5.5", "Figure 5.6"}),
+            ((32, 9, 1),   {"Table 5.2"}),
+            ((16, 31, 1),  {"Figure 5.3"}),
+            ((64, 21, 1),  {"Figure 5.1"})]:
+        emitted[build] = "another"
+        assert {label for label, key in keys().items() if key != before[label]} == stale
+        emitted.clear()
+
+
+def test_keys_are_of_what_is_measured():
+    """The code of gateware, link, boards and simulated SoCs counts by its Verilog only; a memory is in the system."""
+    for one in page.SECTIONS:
+        names = {str(path.relative_to(PACKAGE_DIR)) for path in one.files}
+        assert all((PACKAGE_DIR / name).exists() for name in names)
+        assert not {name for name in names if name.startswith(OTHERS)} - {"soc/parts/wide_ram.py"}
+        assert f"sim/thesis/{Path(one.measure.__code__.co_filename).name}" in names
+    assert {one.label for one in page.SECTIONS if one.system} == {"Table 5.5", "Table 5.7"}
+    assert FIRMWARE_DIR / "reference" in section(page.SECTIONS, "Table 5.7").files
+
+
+def test_the_system_is_matcher_and_dma(emitted, monkeypatch):
+    """Its Verilog has both ports of the memory, and no Ethernet; another matcher in the SoC is another system."""
+    texts = []
+    monkeypatch.setattr(measured, "computed_key", lambda *arguments: texts.extend(arguments[2]()) or content_key(texts))
+    first = measured.system_key()
+    assert "stereo" in texts[0] and "ram" in texts[0] and "ethmac" not in texts[0]
+    measured.system_key.cache_clear()
+    monkeypatch.setattr(measured, "MATCHER", MatcherParameters(640, disparities=32, max_block_size=9))
+    assert measured.system_key() != first
+    assert len(texts) == 2 and texts[0] != texts[1]
 
 
 def test_structure_follows_the_design(build):

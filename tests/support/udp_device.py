@@ -107,6 +107,7 @@ class UdpDevice(threading.Thread):
         self.ignored:   set[int]  = set()
         self._slots     = slots
         self.more: dict[int, int] = {}  # Further capabilities; older firmware has none.
+        self.features = 0xff           # Stages that it was built with.
         self._silence_s = silence_s
         self._match_s   = match_s
         self.datagram_s = datagram_s
@@ -232,7 +233,7 @@ class UdpDevice(threading.Thread):
             self._alive = True
             self._parameters = {int(number): value for number, value in MatcherSettings().parameters.items()}
             self._heard_at   = time.monotonic()
-        return replace(CAPABILITIES, session=self._token, nonce=nonce, slots=self._slots, features=0xff,
+        return replace(CAPABILITIES, session=self._token, nonce=nonce, slots=self._slots, features=self.features,
                        max_disparities=128, max_pixels=512*CHUNK_BYTES, more=self.more).pack()
 
     def _bye(self, _: Peer, __: Message) -> bytes:

@@ -21,6 +21,7 @@ import numpy as np
 import pytest
 
 from litestereo.host_tools.cli import info
+from litestereo.host_tools.core.features import Feature
 from litestereo.host_tools.core.settings import MatcherSettings
 from litestereo.host_tools.data.ground_truth import read_ground_truth
 from litestereo.host_tools.evaluation.metrics import METRICS
@@ -35,6 +36,7 @@ from support.interruptible import interruptible
 from support.native_device import native_device, native_udp_device
 from support.pairs import generator, textured_pair
 from support.scripted_device import framed, scripted_server
+from support.udp_device import udp_device
 
 COMMAND = [sys.executable, "-c", "import sys; from litestereo.host_tools.cli import main; sys.exit(main())"]
 
@@ -142,14 +144,31 @@ def test_info(url, capfd):
     assert run("info", "--device", url) == 0
     out = capfd.readouterr().out
     for text in ("LiteStereo", "200x", "disparities  32", "5 to 11", "100 MHz", "firmware 0.1",
-                 "dma_alignment 16, alignment of images"):
+                 "dma_alignment 16, alignment of images", "lacks        64 disparities, the default of cv2.StereoBM",
+                 "lacks        block size 21, the default of cv2.StereoBM", "lacks        images of 640x480"):
         assert text in out
     assert run("info", "--device", url, "--json") == 0
     told = json.loads(capfd.readouterr().out)
     assert (told["max_width"], told["max_disparities"], told["url"]) == (200, 32, url)
     assert told["capabilities"]["dma_alignment"] == 16
+    assert told["lacks"] == {"stages": [], "disparities": 64, "block_size": 21, "size": [640, 480]}
     assert run("info", "--device", "model:") == 0
-    assert "reference model" in capfd.readouterr().out
+    out = capfd.readouterr().out
+    assert "reference model" in out
+    assert out.splitlines()[-1] == "lacks        nothing that cv2.StereoBM has"
+
+
+def test_info_names_the_stages_that_a_device_lacks(capfd):
+    """Those of cv2.StereoBM: it has neither a median nor matching without prefilter."""
+    with udp_device() as there:
+        there.features = int(Feature.XSOBEL | Feature.SUBPIXEL)
+        assert run("info", "--device", there.url) == 0
+        out = capfd.readouterr().out
+        assert run("info", "--device", there.url, "--json") == 0
+    assert ("lacks        of cv2.StereoBM: the texture test, the uniqueness test, the left-right check, "
+            "a smallest disparity above 0\n") in out
+    assert json.loads(capfd.readouterr().out)["lacks"]["stages"] == ["texture", "uniqueness", "left_right",
+                                                                     "min_disparity"]
 
 
 def test_stats(url, capfd):

@@ -5,16 +5,20 @@
 
 """Settings, checks against a device's sizes, and the devices in this process."""
 
+import itertools
 import sys
 import types
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from litestereo.gateware.common.parameters import MatcherParameters
 from litestereo.host_tools.core.errors import DeviceError, ImageError, SettingsError, UnsupportedError, UrlError
+from litestereo.host_tools.core.features import ALL_STAGES, Feature
 from litestereo.host_tools.core.settings import MatcherSettings, Parameter
+from litestereo.host_tools.devices.base import DeviceInfo
 from litestereo.host_tools.devices.connect import connect
 from litestereo.sim.models.stereo_bm import stereo_bm
 from support.expected import expected_map
@@ -117,8 +121,10 @@ class FakeCosim:
 
     built  = None
     closed = False
+    trace  = None
 
-    def __init__(self, parameters):
+    def __init__(self, parameters, trace=None):
+        FakeCosim.trace = trace
         FakeCosim.built = (parameters.max_width, parameters.disparities, parameters.max_block_size)
 
     def match_settings(self, left, right, settings):
@@ -144,10 +150,13 @@ def test_cosim_device_is_built_as_its_url_says(monkeypatch):
     assert FakeCosim.closed
     connect("cosim:").close()
     assert FakeCosim.built == (1024, 64, 21)
+    assert FakeCosim.trace is None
+    connect("cosim:?trace=waves/a%20b.vcd&disparities=32").close()
+    assert FakeCosim.trace == Path("waves/a b.vcd")
 
 
 def test_a_cosim_that_cannot_be_built_is_one_line(monkeypatch):
-    def fail(_):
+    def fail(*_):
         raise RuntimeError("verilator failed:\nsee log")
 
     replace_module(monkeypatch, "litestereo.sim.cores.cosim", CosimMatcher=fail, MatcherParameters=MatcherParameters)
@@ -156,10 +165,33 @@ def test_a_cosim_that_cannot_be_built_is_one_line(monkeypatch):
 
 
 @pytest.mark.parametrize("url", ["model:?width=3", "cosim:?disparities=x", "cosim:?disparities=8",
-                                 "model:?max_width=0", "cosim:?ram=sdram"])
+                                 "model:?max_width=0", "cosim:?ram=sdram", "cosim:?trace=wave.txt",
+                                 "cosim:?trace=left.png", "cosim:?trace=fst", "model:?trace=wave.fst"])
 def test_wrong_options_are_refused(url):
     with pytest.raises(UrlError):
         connect(url)
+
+
+@pytest.mark.parametrize("number", range(30))
+def test_what_a_device_lacks_of_opencv(number):
+    """Drawn at the limits: with what it does not lack, cv2.StereoBM's defaults on VGA pictures are accepted."""
+    rng    = generator(42, number)
+    width, height = (int(rng.choice([size - 1, size, size + 1])) for size in (640, 480))
+    pixels = int(rng.choice([640*480 - 1, 640*480, 10**6]))
+    stages = Feature(int(rng.integers(256)) if rng.integers(2) else 0x7d)
+    info   = DeviceInfo("model:", "a device", width, height, pixels, int(rng.choice([48, 64, 80])), 5,
+                        int(rng.choice([19, 21, 23])), features=int(stages))
+    lacks  = info.lacks
+    assert lacks.stages == ALL_STAGES & ~stages & ~(Feature.RAW | Feature.MEDIAN)
+    settings = MatcherSettings(64, 21, min_disparity=1, disp12_max_diff=1)
+    wanted   = [lacks.stages, lacks.disparities, lacks.block_size, lacks.size]
+    assert wanted[1:] in [[limit if short else None for limit, short in zip((64, 21, (640, 480)), shorts, strict=True)]
+                          for shorts in itertools.product((False, True), repeat=3)]
+    if any(wanted):
+        with pytest.raises((UnsupportedError, ImageError)):
+            info.check(640, 480, settings)
+    else:
+        info.check(640, 480, settings)
 
 
 @pytest.mark.parametrize(("more", "expected"), [

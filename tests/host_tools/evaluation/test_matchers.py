@@ -98,4 +98,5 @@ def test_what_opencv_has_not(pair):
 
 def test_what_several_processes_may_open():
     assert all(map(is_shared, ("cv2:bm", "cv2:sgbm", "model:", "cosim:?disparities=32")))
-    assert not any(map(is_shared, ("udp://host", "tcp://host:1", "serial:/dev/ttyUSB0", "sim:")))
+    assert not any(map(is_shared, ("udp://host", "tcp://host:1", "serial:/dev/ttyUSB0", "sim:",
+                                   "cosim:?disparities=32&trace=wave.fst")))

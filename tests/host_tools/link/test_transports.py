@@ -6,6 +6,7 @@
 """Device URLs and the lines of bytes that they open."""
 
 import errno
+import ipaddress
 import os
 import pty
 import socket
@@ -19,6 +20,7 @@ from litestereo.host_tools.link.transports import open_transport
 from litestereo.host_tools.link.transports.serial_port import SerialTransport
 from litestereo.host_tools.link.transports.tcp import TcpTransport
 from litestereo.host_tools.link.urls import EXAMPLES, parse_url
+from support.pairs import byte_generator
 
 
 @pytest.mark.parametrize("text", EXAMPLES.values())
@@ -44,12 +46,44 @@ def test_parts_of_urls():
     "tcp://host:65536", "tcp://host:x", "tcp://:2000", "tcp://host:1/path", "tcp://host:1?baud=1",
     "tcp://[::1:2000", "serial:", "serial://x", "serial:?baud=1", "model:/x", "model:?disparities", "sim://host",
     "/dev/ttyUSB0", "http://host:1", "udp:", "udp://", "udp://host:", "udp://host:0", "udp://host:x", "udp://:1",
-    "udp://host/path", "udp://host?baud=1",
+    "udp://host/path", "udp://host?baud=1", "udp://[::1]x", "tcp://[::1]x:1", "udp://[", "udp://[1.2.3.4]",
 ])
 def test_malformed_urls_are_refused_in_one_line(text):
     with pytest.raises(UrlError) as caught:
         parse_url(text)
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("text, written", [
+    ("udp://::1",                "udp://[::1]"),
+    ("udp://::1?mode=streamed",  "udp://[::1]"),
+    ("udp://fe80::1:19539",      "udp://[fe80::1]:19539"),
+    ("tcp://fe80::1:19539",      "tcp://[fe80::1]:19539"),
+    ("tcp://::1",                "tcp://[::1]:2000"),
+    ("tcp://[::1:2000",          "tcp://[::1]:2000"),
+    ("udp://::1]:5",             "udp://[::1]:5"),
+    ("udp://fe80::1%eth0",       "udp://[fe80::1%eth0]"),
+])
+def test_an_ipv6_address_without_brackets_is_refused_with_the_way_to_write_it(text, written):
+    with pytest.raises(UrlError) as caught:
+        parse_url(text)
+    assert str(caught.value) == f"'{text}': an IPv6 address is written in brackets, like {written}"
+
+
+@pytest.mark.parametrize("number", range(40))
+def test_drawn_ipv6_addresses(number):
+    """In brackets an address is read back; without them it is refused, and what the error shows is its URL."""
+    rng     = byte_generator(831, number)
+    address = ipaddress.IPv6Address(rng.choice([rng.getrandbits(128), rng.getrandbits(16), 0xfe80 << 112 | 1]))
+    text    = rng.choice([address.compressed, address.exploded])
+    port    = rng.randrange(10000, 65536)
+    scheme  = rng.choice(["udp", "tcp"])
+    whole   = f"{scheme}://[{text}]:{port}"
+    url     = parse_url(whole)
+    assert (ipaddress.IPv6Address(url.host), url.port) == (address, port)
+    with pytest.raises(UrlError, match="brackets") as caught:
+        parse_url(f"{scheme}://{text}:{port}")
+    assert str(caught.value).endswith(f"like {whole}")
 
 
 @pytest.mark.parametrize("option", ["baud=fast", "baud=0", "parity=1"])

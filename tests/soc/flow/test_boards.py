@@ -20,9 +20,10 @@ from litestereo.sim.socs.flash_model import flash_model_bytes
 from litestereo.soc.boards import BOARDS, OPEN_BOARDS, VENDOR_TOOLS, soc_class
 from litestereo.soc.boards.board_soc import FLASH_RECORDS_BYTES
 from litestereo.soc.build.tools import ToolError
-from litestereo.soc.flow import bitstream, check, loader, sources, target, vendor
+from litestereo.soc.flow import bitstream, check, flash_room, loader, sources, target, vendor
 from litestereo.soc.flow.synthesis import Resources
 from litestereo.soc.reports import boards
+from support.pairs import byte_generator
 
 #: Bytes of the flash on each board.
 FLASH_BYTES = {"colorlight_i5": 2 << 20, "colorlight_i9": 8 << 20, "ulx3s": 16 << 20, "ecpix5": 32 << 20,
@@ -239,6 +240,102 @@ def test_images_inside_the_bitstream_are_refused(tmp_path, monkeypatch, size):
         with pytest.raises(ToolError, match=f"^{re.escape(complaint)}$"):
             loader.flash("colorlight_i5")
         assert not calls.exists()
+
+
+def drawn_sizes(rng, limit):
+    """Return sizes at a limit and away from it, on both sides; whether each fits."""
+    sizes = [0, limit - 1, limit, limit + 1, rng.randrange(limit), limit + 2 + rng.randrange(limit)]
+    return [(size, size <= limit) for size in sizes]
+
+
+def sparse_file(path, size):
+    """Write a file of that size that needs no space."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with path.open("wb") as file:
+        file.truncate(size)
+
+
+@pytest.mark.parametrize("board", OPEN_BOARDS)
+def test_a_bitstream_that_reaches_the_images_is_not_delivered(board, tmp_path, monkeypatch, capsys):
+    """Nothing is copied for it, and the check names one that is there; the offset is that of the board's SoC."""
+    monkeypatch.setattr(bitstream, "build_directory", lambda: tmp_path)
+    monkeypatch.setattr(bitstream, "tool_version", lambda name: name)
+    monkeypatch.setattr(check, "build_directory", lambda: tmp_path)
+    monkeypatch.setattr(check, "placement_key", lambda made: "key")
+    monkeypatch.setattr(check, "sources", lambda name: None)
+    monkeypatch.setattr("sys.argv", ["check", board])
+    offset, out = soc_class(board).flash_offset, tmp_path / board
+    made = sources.Sources(tmp_path / "sources", tmp_path / "boot.bin", tmp_path / "firmware.bin")
+    made.folder.mkdir()
+    (made.folder / "board.json").write_text(json.dumps({**built(board), "flash": {"offset": offset}}))
+    made.firmware.write_bytes(b"firmware")
+    placed = bitstream.Bitstream(tmp_path / "placed", made, "key")
+    for size, fits in drawn_sizes(byte_generator(821, OPEN_BOARDS.index(board)), offset):
+        shutil.rmtree(out, ignore_errors=True)
+        sparse_file(placed.folder / "top.bit", size)
+        (placed.folder / "report.json").write_text(json.dumps(built(board)["report"]))
+        complaint = (f"{board}.bit has {size} bytes, but the firmware's images begin at {offset}: set a larger "
+                     "flash_offset for the board")
+        if fits:
+            assert bitstream.deliver(placed) == out
+            assert (out / f"{board}.bit").stat().st_size == size
+        else:
+            with pytest.raises(ToolError, match=f"^{re.escape(complaint)}$"):
+                bitstream.deliver(placed)
+            assert not out.exists()
+            # As a build before this check left it.
+            sparse_file(out / f"{board}.bit", size)
+            (out / "report.json").write_text(json.dumps({**built(board), "flash": {"offset": offset}}))
+        assert check.main() == (0 if fits else 1)
+        said = capsys.readouterr()
+        assert said.err == ("" if fits else f"boards: error: {complaint}\n")
+        assert ("ends before the firmware" in said.out) == fits
+
+
+@pytest.mark.parametrize("board", VENDOR_TOOLS)
+def test_bitstreams_of_vendors_tools_end_before_the_images(board, monkeypatch):
+    """By the sizes of the configuration guides, at the offsets of the boards."""
+    size = -(-flash_room.VENDOR_BITS[board]//8)
+    assert 500000 < size <= soc_class(board).flash_offset
+    flash_room.check_vendor_room(board)
+    for offset, fits in [(size - 1, False), (size, True), (size + 1, True)]:
+        monkeypatch.setattr(soc_class(board), "flash_offset", offset)
+        if fits:
+            flash_room.check_vendor_room(board)
+        else:
+            with pytest.raises(ToolError, match=f"bitstream of the {board} has {size} bytes.* begin at {offset}: set"):
+                flash_room.check_vendor_room(board)
+
+
+def test_a_vendors_bitstream_that_does_not_fit_is_not_prepared(tmp_path, monkeypatch):
+    """Before anything is copied."""
+    monkeypatch.setattr(vendor, "build_directory", lambda: tmp_path)
+    monkeypatch.setattr(soc_class("atlys"), "flash_offset", 65536)
+    made = sources.Sources(tmp_path / "sources", tmp_path / "boot.bin", tmp_path / "firmware.bin")
+    made.folder.mkdir()
+    (made.folder / "board.json").write_text(json.dumps({"board": "atlys"}))
+    with pytest.raises(ToolError, match="bitstream of the atlys has 1492412 bytes"):
+        vendor.deliver(made, Resources(1, 1, 1, 1, 1))
+    assert not (tmp_path / "atlys").exists()
+
+
+@pytest.mark.parametrize("number", range(6))
+def test_bitstreams_in_text(tmp_path, number):
+    """Gowin's file has a character per bit, and comments; its size in flash is an eighth, and is what counts."""
+    rng  = byte_generator(822, number)
+    size = rng.randrange(1, 3000)
+    bits = "".join(rng.choices("01", k=8*size))
+    rows, row = [f"//Part Number: GW2A-LV18PG256C8/I7, {rng.random()}"], 0
+    while row < len(bits):
+        length = 8*rng.randrange(1, 80)
+        rows.append(bits[row:row + length])
+        row += length
+    path = tmp_path / "project.fs"
+    path.write_text(rng.choice(["\n", "\r\n"]).join(rows))
+    assert flash_room.flash_bytes(path) == size
+    flash_room.check_room(path, size)
+    with pytest.raises(ToolError, match=f"project.fs has {size} bytes"):
+        flash_room.check_room(path, size - 1)
 
 
 def test_flash(tmp_path, monkeypatch):
