@@ -7,6 +7,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,12 +16,14 @@ import numpy as np
 
 from ...host_tools.core.errors import LiteStereoError
 from ...host_tools.core.settings import MatcherSettings
-from ...host_tools.devices.connect import connect
+from ...host_tools.devices.udp.udp_device import UdpDevice
 from ...host_tools.protocol.messages import CHUNK_BYTES, REPLY, MessageType
 from ..models.pattern import LEFT_SEED, RIGHT_SEED, pattern
 from ..models.stereo_bm import stereo_bm
 from ..system.capture import Captured, read_capture
 from ..system.simulation import SYS_CLK_HZ, start_simulation
+from .memory import Shares, read_shares
+from .paced_channel import PacedChannel, time_of
 
 WIDTH, HEIGHT = 640, 480
 SETTINGS      = MatcherSettings(disparities=64, block_size=9)
@@ -33,6 +36,9 @@ CHUNK_CLOCKS = CHUNK_BYTES + 28 + 8 + 20 + 14 + 24
 
 #: Messages that carry images.
 CHUNKS = (MessageType.UPLOAD, MessageType.PAIRS)
+
+#: Seconds until a datagram of the device has reached the program on the host: card, interrupt, system.
+HOST_LATENCY_S = 20e-6
 
 #: Clock of gigabit Ethernet, a byte per clock, and that of the Colorlight i5's SoC and SDRAM.
 WIRE_HZ, BOARD_HZ = 125_000_000, 60_000_000
@@ -59,7 +65,8 @@ class Flow:
     upload_bytes_per_clock:   float
     download_bytes_per_clock: float
     clocks_per_frame:         float
-    repeated:                 int #: chunks that were sent more than once
+    repeated:                 int    #: chunks that were sent more than once
+    shares:                   Shares #: of the memory's time
 
 
 def measure_flow(case: EthernetCase) -> Flow:
@@ -73,24 +80,37 @@ def measure_flow(case: EthernetCase) -> Flow:
     # Successive frames differ, so that a wrong frame is noticed.
     pairs    = [(pattern(WIDTH, HEIGHT, LEFT_SEED + 2*n), pattern(WIDTH, HEIGHT, RIGHT_SEED + 2*n)) for n in range(2)]
     expected = [stereo_bm(left, right, SETTINGS) for left, right in pairs]
+    byte_clock_hz = round(case.ratio*SYS_CLK_HZ)
     with tempfile.TemporaryDirectory() as folder:
-        capture = Path(folder) / "wire.pcap"
-        with (start_simulation(case.ram, byte_clock_hz=round(case.ratio*SYS_CLK_HZ), capture=capture) as simulation,
-              connect(f"udp://127.0.0.1:{simulation.udp_port}?mode={case.mode}") as device):
+        capture, counts = Path(folder) / "wire.pcap", Path(folder) / "memory.bin"
+        with (start_simulation(case.ram, byte_clock_hz=byte_clock_hz, capture=capture, memory_counts=counts,
+                               paced_latency=round(HOST_LATENCY_S*WIRE_HZ)) as simulation,
+              contextlib.closing(PacedChannel(simulation.paced, WIRE_HZ)) as channel, time_of(channel),
+              UdpDevice("sim:", channel, streamed=case.mode == "streamed") as device):
             results = device.stream((pairs[n % 2] for n in range(FRAMES)), SETTINGS)
             for number, result in enumerate(results):
                 if not np.array_equal(result.disparity, expected[number % 2]):
                     raise LiteStereoError(f"map {number} of {case.name} is wrong")
-        return flow(list(read_capture(capture)))
+            print(device.link_counters)
+            print({k: v for k, v in device.statistics().items() if v})
+        captured = list(read_capture(capture))
+        begin, end = steady(captured)
+        shares = read_shares(counts, case.ram, begin/byte_clock_hz, end/byte_clock_hz)
+        return flow(captured, begin, end, shares)
 
 
-def flow(captured: list[Captured]) -> Flow:
-    """Return the figures of a capture, between the ends of the uploads of two frames: a whole number of frames."""
-    uploads  = [entry for entry in captured if entry.to_device and entry.message.type in CHUNKS]
-    complete = {}
-    for entry in uploads:
-        complete[entry.message.frame_id] = entry.clock
+def steady(captured: list[Captured]) -> tuple[int, int]:
+    """Return the clocks at which the uploads of two frames end, with whole frames between them."""
+    complete = {entry.message.frame_id: entry.clock
+                for entry in captured if entry.to_device and entry.message.type in CHUNKS}
     begin, *_, end = sorted(complete.values())[1:-2]
+    return begin, end
+
+
+def flow(captured: list[Captured], begin: int, end: int, shares: Shares) -> Flow:
+    """Return the figures of a capture between two clocks of `steady`."""
+    uploads  = [entry for entry in captured if entry.to_device and entry.message.type in CHUNKS]
+    complete = {entry.message.frame_id: entry.clock for entry in uploads}
     inside  = [entry for entry in captured if begin < entry.clock <= end]
     chunks  = {(entry.message.frame_id, entry.message.offset): len(entry.message.payload)
                for entry in uploads if begin < entry.clock <= end}
@@ -99,7 +119,7 @@ def flow(captured: list[Captured]) -> Flow:
     sent    = sum(entry.message.type in CHUNKS and entry.to_device for entry in inside)
     clocks  = end - begin
     frames  = sum(begin < clock <= end for clock in complete.values())
-    return Flow(sum(chunks.values())/clocks, sum(parts.values())/clocks, clocks/frames, sent - len(chunks))
+    return Flow(sum(chunks.values())/clocks, sum(parts.values())/clocks, clocks/frames, sent - len(chunks), shares)
 
 
 def ethernet_figures() -> list[dict[str, str | float]]:
