@@ -3,7 +3,10 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Measures the throughput of frames over Ethernet in the full system, in clocks of the wire."""
+"""Measures the throughput of frames over Ethernet in the full system, in clocks of the wire.
+
+Host and device share the device's time, so the figures depend on its clocks alone; see `PacedChannel`.
+"""
 
 from __future__ import annotations
 
@@ -18,6 +21,8 @@ from ...host_tools.core.errors import LiteStereoError
 from ...host_tools.core.settings import MatcherSettings
 from ...host_tools.devices.udp.udp_device import UdpDevice
 from ...host_tools.protocol.messages import CHUNK_BYTES, REPLY, MessageType
+from ...soc.boards import soc_class
+from ...soc.boards.board_soc import BoardSoC
 from ..models.pattern import LEFT_SEED, RIGHT_SEED, pattern
 from ..models.stereo_bm import stereo_bm
 from ..system.capture import Captured, read_capture
@@ -46,17 +51,49 @@ WIRE_HZ, BOARD_HZ = 125_000_000, 60_000_000
 
 @dataclass(frozen=True)
 class EthernetCase:
-    """Memory of the SoC, clocks of the wire per clock of the SoC, and how frames are sent: stored or streamed."""
-    name:  str
-    ram:   str
-    ratio: float
-    mode:  str
+    """Memory of the SoC or a board, its clock, how frames are sent (stored or streamed), and the clock of the wire."""
+    name:       str
+    ram:        str
+    sys_hz:     int
+    mode:       str
+    wire_hz:    int             = WIRE_HZ
+    matcher_hz: int             = 0 #: clock of the matcher, if it is not the SoC's
+    settings:   MatcherSettings = SETTINGS
+
+    def simulated_hz(self, clock_hz: int) -> int:
+        """Return a clock of the case in the simulation, where that of the SoC is `SYS_CLK_HZ`."""
+        # Rounded down, so that the period in ps, rounded down too, is as exact as that of the SoC.
+        return clock_hz*SYS_CLK_HZ//self.sys_hz
+
 
 CASES = [
-    EthernetCase("integrated-ram",           "integrated-ram", 1.0,              "stored"),
-    EthernetCase("sdram-at-60-mhz",          "sdram",          WIRE_HZ/BOARD_HZ, "stored"),
-    EthernetCase("sdram-at-60-mhz-streamed", "sdram",          WIRE_HZ/BOARD_HZ, "streamed"),
+    EthernetCase("integrated-ram",           "integrated-ram", WIRE_HZ,  "stored"),
+    EthernetCase("sdram-at-60-mhz",          "sdram",          BOARD_HZ, "stored"),
+    EthernetCase("sdram-at-60-mhz-streamed", "sdram",          BOARD_HZ, "streamed"),
 ]
+
+#: Clock of the wire at 100 Mbit/s, in bytes: that of boards without gigabit Ethernet.
+SLOW_WIRE_HZ, SLOW_BOARDS = 12_500_000, ("arty",)
+
+
+def board_cases(board: str) -> list[EthernetCase]:
+    """Return the cases of a board's SoC at its own clocks: stored frames, and streamed ones if it takes them.
+
+    Raises
+    ------
+    LiteStereoError
+        The board has no Ethernet.
+    """
+    base   = soc_class(board)
+    preset = base.preset
+    if base.make_ethernet_phy is BoardSoC.make_ethernet_phy:
+        raise LiteStereoError(f"the {board} has no Ethernet: choose another board")
+    settings = MatcherSettings(disparities=min(SETTINGS.disparities, preset.disparities),
+                               block_size=min(SETTINGS.block_size, preset.max_block_size))
+    wire_hz  = SLOW_WIRE_HZ if board in SLOW_BOARDS else WIRE_HZ
+    modes    = {board: "stored"} | ({f"{board}-streamed": "streamed"} if preset.streaming else {})
+    return [EthernetCase(name, board, preset.sys_clk_freq, mode, wire_hz, preset.matcher_hz, settings)
+            for name, mode in modes.items()]
 
 
 @dataclass(frozen=True)
@@ -79,20 +116,19 @@ def measure_flow(case: EthernetCase) -> Flow:
     """
     # Successive frames differ, so that a wrong frame is noticed.
     pairs    = [(pattern(WIDTH, HEIGHT, LEFT_SEED + 2*n), pattern(WIDTH, HEIGHT, RIGHT_SEED + 2*n)) for n in range(2)]
-    expected = [stereo_bm(left, right, SETTINGS) for left, right in pairs]
-    byte_clock_hz = round(case.ratio*SYS_CLK_HZ)
+    expected = [stereo_bm(left, right, case.settings) for left, right in pairs]
+    byte_clock_hz = case.simulated_hz(case.wire_hz)
     with tempfile.TemporaryDirectory() as folder:
         capture, counts = Path(folder) / "wire.pcap", Path(folder) / "memory.bin"
         with (start_simulation(case.ram, byte_clock_hz=byte_clock_hz, capture=capture, memory_counts=counts,
-                               paced_latency=round(HOST_LATENCY_S*WIRE_HZ)) as simulation,
-              contextlib.closing(PacedChannel(simulation.paced, WIRE_HZ)) as channel, time_of(channel),
+                               matcher_clock_hz=case.simulated_hz(case.matcher_hz),
+                               paced_latency=round(HOST_LATENCY_S*case.wire_hz)) as simulation,
+              contextlib.closing(PacedChannel(simulation.paced, case.wire_hz)) as channel, time_of(channel),
               UdpDevice("sim:", channel, streamed=case.mode == "streamed") as device):
-            results = device.stream((pairs[n % 2] for n in range(FRAMES)), SETTINGS)
+            results = device.stream((pairs[n % 2] for n in range(FRAMES)), case.settings)
             for number, result in enumerate(results):
                 if not np.array_equal(result.disparity, expected[number % 2]):
                     raise LiteStereoError(f"map {number} of {case.name} is wrong")
-            print(device.link_counters)
-            print({k: v for k, v in device.statistics().items() if v})
         captured = list(read_capture(capture))
         begin, end = steady(captured)
         shares = read_shares(counts, case.ram, begin/byte_clock_hz, end/byte_clock_hz)
@@ -122,10 +158,10 @@ def flow(captured: list[Captured], begin: int, end: int, shares: Shares) -> Flow
     return Flow(sum(chunks.values())/clocks, sum(parts.values())/clocks, clocks/frames, sent - len(chunks), shares)
 
 
-def ethernet_figures() -> list[dict[str, str | float]]:
-    """Measure all cases; return the figures: name, value and unit."""
+def ethernet_figures(cases: list[EthernetCase]) -> list[dict[str, str | float]]:
+    """Measure the cases; return the figures: name, value and unit."""
     rows: list[dict[str, str | float]] = []
-    for case in CASES:
+    for case in cases:
         result = measure_flow(case)
         name   = f"{WIDTH}x{HEIGHT}/{case.name}"
         most   = CHUNK_BYTES/CHUNK_CLOCKS
@@ -136,8 +172,10 @@ def ethernet_figures() -> list[dict[str, str | float]]:
              "unit": "bytes"},
             {"name": f"ethernet_upload_of_what_the_wire_carries/{name}",
              "value": round(100*result.upload_bytes_per_clock/most, 1), "unit": "%"},
-            {"name": f"ethernet_frames_per_second_at_125_mhz/{name}",
-             "value": round(WIRE_HZ/result.clocks_per_frame, 1), "unit": "frames/s"},
+            {"name": f"ethernet_frames_per_second_at_{case.wire_hz/1e6:g}_mhz/{name}",
+             "value": round(case.wire_hz/result.clocks_per_frame, 1), "unit": "frames/s"},
             {"name": f"ethernet_chunks_sent_again/{name}", "value": result.repeated, "unit": "chunks"},
         ]
+        rows += [{"name": f"memory_time_share/{event}/{name}", "value": round(100*share, 2), "unit": "%"}
+                 for event, share in result.shares.items()]
     return rows

@@ -18,8 +18,9 @@ from litex.soc.interconnect import wishbone
 
 EVENTS = 32 # Width of the pads.
 
-# Masters of the memory's own ports, in the order in which a SoC asks for them; the CPU's port is LiteDRAM's alone.
-MASTERS = ["matcher_reader", "matcher_writer", "link_reader", "link_writer", "screen"]
+# Masters of the memory, in the order in which a SoC asks for their ports.
+MATCHER = ["matcher_reader", "matcher_writer"]
+LINK    = ["link_reader", "link_writer"]
 
 # Memory Monitor -----------------------------------------------------------------------------------
 
@@ -42,11 +43,12 @@ class MemoryMonitor(LiteXModule):
         # # #
 
         self.add_cpu(soc)
+        dma = [*MATCHER, *(LINK if hasattr(soc, "frame_link") else [])]
         if hasattr(soc, "sdram"):
-            self.add_ports(["cpu", *MASTERS], soc.sdram.crossbar.masters)
+            self.add_ports(["cpu", *dma, "cpu_lines", "screen"], soc.sdram.crossbar.masters)
             self.add_commands(soc.sdram.controller)
         else:
-            self.add_ports(MASTERS, soc.memory.masters)
+            self.add_ports(dma, soc.memory.masters)
         self.comb += events.eq(Cat(*self.bits))
 
     def add_event(self, name, expression):

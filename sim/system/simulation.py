@@ -98,7 +98,8 @@ class Simulation:
 def start_simulation(ram: str = "integrated-ram", port: int = 0, udp_port: int = 0, wire: str = "socket",
                      byte_clock_hz: int = SYS_CLK_HZ, capture: Path | None = None, timeout_s: float = 300.0,
                      example: str | None = None, stranger: Stranger | None = None,
-                     paced_latency: int | None = None, memory_counts: Path | None = None) -> Simulation:
+                     paced_latency: int | None = None, memory_counts: Path | None = None,
+                     matcher_clock_hz: int = 0) -> Simulation:
     """Build what is missing, start the simulation and wait for the firmware's prompt.
 
     Parameters
@@ -125,7 +126,10 @@ def start_simulation(ram: str = "integrated-ram", port: int = 0, udp_port: int =
         Clocks of the wire until a datagram has reached a host in the time of the device, which the wire `socket`
         then waits for at `Simulation.paced`: see sim/socs/modules/ethernet2socket/paced.h. None: there is no such host.
     memory_counts
-        File for what each master of the main memory does; `memory_events` names its columns.
+        File for what each master of the main memory does: `memory.json` of `build_soc` names the counts of a row, see
+        sim/socs/modules/memory2file.
+    matcher_clock_hz
+        Clock of a matcher that has a separate one; 0: the SoC's own choice.
 
     Raises
     ------
@@ -151,7 +155,8 @@ def start_simulation(ram: str = "integrated-ram", port: int = 0, udp_port: int =
                            | ({"stranger_payload": stranger.payload.hex(), "stranger_clocks": stranger.clocks}
                               if stranger else {}),
         "ethernet":        {"interface": "tap0", "ip": "192.168.1.100"},
-    } | ({"memory2file": {"file": str(memory_counts)}} if memory_counts else {}), wire, byte_clock_hz)
+    } | ({"memory2file": {"file": str(memory_counts)}} if memory_counts else {}), wire,
+    {"eth_clk": byte_clock_hz} | ({"matcher_clk": matcher_clock_hz} if matcher_clock_hz else {}))
     with open(folder / "simulation.log", "wb") as log:
         process = subprocess.Popen([*DIE_WITH_PARENT, soc / "gateware" / "obj_dir" / "Vsim"], cwd=folder, stdout=log,
                                    stderr=log, stdin=subprocess.DEVNULL)
@@ -171,7 +176,7 @@ def start_simulation(ram: str = "integrated-ram", port: int = 0, udp_port: int =
 
 
 def _prepare_modules(folder: Path, gateware: Path, arguments: dict[str, dict[str, int | str]], wire: str,
-                     byte_clock_hz: int) -> None:
+                     clocks_hz: dict[str, int]) -> None:
     """Put litex_sim's modules and their configuration into the folder that it runs in."""
     config = [module for module in json.loads((gateware / "sim_config.js").read_text())
               if module.get("module") != "memory2file" or "memory2file" in arguments]
@@ -183,8 +188,8 @@ def _prepare_modules(folder: Path, gateware: Path, arguments: dict[str, dict[str
             module["interface"] = ["sys_clk" if pads == "eth_clk" else pads for pads in module["interface"]]
         if name in arguments:
             module["args"] = arguments[name]
-        elif name == "clocker" and module["interface"] == ["eth_clk"]:
-            module["args"]["freq_hz"] = byte_clock_hz
+        elif name == "clocker" and module["interface"][0] in clocks_hz:
+            module["args"]["freq_hz"] = clocks_hz[module["interface"][0]]
     # The step of time, in ps, whose multiples are the edges of all clocks.
     (step,) = (entry for entry in config if "timebase" in entry)
     clocks  = [module["args"]["freq_hz"] for module in config if module.get("module") == "clocker"]

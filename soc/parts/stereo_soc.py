@@ -9,9 +9,10 @@ from litex.gen import *
 
 from litex.soc.integration.soc_core import SoCCore
 
-from .add_frame_link import FrameLinkMixin
-from .add_stereo     import StereoMixin
-from .reset_record   import ResetRecord
+from ...gateware.memory.line_reader import LineReader
+from .add_frame_link                import FrameLinkMixin
+from .add_stereo                    import StereoMixin
+from .reset_record                  import ResetRecord
 
 # Stereo SoC ---------------------------------------------------------------------------------------
 
@@ -61,6 +62,17 @@ class StereoSoC(StereoMixin, FrameLinkMixin, SoCCore):
             clock_domain = matcher_clock_domain,
         )
         self.add_link()
+        if hasattr(self, "sdram"):
+            self.add_line_reader()
+
+    def add_line_reader(self):
+        """Read the CPU's instructions from the memory in whole lines, without the bus."""
+        port   = self.sdram.crossbar.get_port(mode="read")
+        region = self.bus.regions["main_ram"]
+        if port.data_width >= 32:
+            name = "cpu_bus0"
+            self.line_reader       = LineReader(self.bus.masters[name], port, region.origin, region.size)
+            self.bus.masters[name] = self.line_reader.bus
 
     # Hooks ----------------------------------------------------------------------------------------
 
