@@ -18,7 +18,7 @@ CTI_INCREMENTING = 2 # A transfer of Wishbone with others to follow, each at the
 # Line Reader --------------------------------------------------------------------------------------
 
 class LineReader(LiteXModule):
-    """Read a cache's lines from a DRAM port of its own; pass on all other transfers of its bus.
+    """Read a cache's lines from a separate DRAM port; pass on all other transfers of its bus, a clock later.
 
     On the SoC's bus every word of a line is a separate access, which waits for the memory. Here the words are asked for
     one clock after the other, and only the first one waits. If the cache gives a line up, the rest of it is discarded.
@@ -68,11 +68,18 @@ class LineReader(LiteXModule):
             NextValue(given_up, 0),
             If(begins,
                 NextState("LINE")
-            ).Else(
-                bus.cyc.eq(master.cyc),
-                bus.stb.eq(master.stb),
-                master.ack.eq(bus.ack),
-                master.err.eq(bus.err)
+            ).Elif(master.cyc & master.stb,
+                NextState("PASS")
+            )
+        )
+        # In a separate clock: the decision and the bus do not fit one clock.
+        fsm.act("PASS",
+            bus.cyc.eq(master.cyc),
+            bus.stb.eq(master.stb),
+            master.ack.eq(bus.ack),
+            master.err.eq(bus.err),
+            If(~master.cyc | bus.ack | bus.err,
+                NextState("IDLE")
             )
         )
         fsm.act("LINE",

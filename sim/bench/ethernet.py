@@ -45,6 +45,9 @@ CHUNKS = (MessageType.UPLOAD, MessageType.PAIRS)
 #: Seconds until a datagram of the device has reached the program on the host: card, interrupt, system.
 HOST_LATENCY_S = 20e-6
 
+#: Longest wait for the firmware to start, in seconds of this computer, which may be busy.
+START_LIMIT_S = 3600.0
+
 #: Clock of gigabit Ethernet, a byte per clock, and that of the Colorlight i5's SoC and SDRAM.
 WIRE_HZ, BOARD_HZ = 125_000_000, 60_000_000
 
@@ -59,6 +62,8 @@ class EthernetCase:
     wire_hz:    int             = WIRE_HZ
     matcher_hz: int             = 0 #: clock of the matcher, if it is not the SoC's
     settings:   MatcherSettings = SETTINGS
+    width:      int             = WIDTH
+    height:     int             = HEIGHT
 
     def simulated_hz(self, clock_hz: int) -> int:
         """Return a clock of the case in the simulation, where that of the SoC is `SYS_CLK_HZ`."""
@@ -107,7 +112,7 @@ class Flow:
 
 
 def measure_flow(case: EthernetCase) -> Flow:
-    """Stream frames through a simulated device, check each map, and count what the wire carried.
+    """Stream `FRAMES` frames through a simulated device, check each map, and count what the wire carried.
 
     Raises
     ------
@@ -115,12 +120,14 @@ def measure_flow(case: EthernetCase) -> Flow:
         The device refused or failed, or a map is wrong.
     """
     # Successive frames differ, so that a wrong frame is noticed.
-    pairs    = [(pattern(WIDTH, HEIGHT, LEFT_SEED + 2*n), pattern(WIDTH, HEIGHT, RIGHT_SEED + 2*n)) for n in range(2)]
-    expected = [stereo_bm(left, right, case.settings) for left, right in pairs]
+    size          = case.width, case.height
+    pairs         = [(pattern(*size, LEFT_SEED + 2*n), pattern(*size, RIGHT_SEED + 2*n)) for n in range(2)]
+    expected      = [stereo_bm(left, right, case.settings) for left, right in pairs]
     byte_clock_hz = case.simulated_hz(case.wire_hz)
     with tempfile.TemporaryDirectory() as folder:
         capture, counts = Path(folder) / "wire.pcap", Path(folder) / "memory.bin"
         with (start_simulation(case.ram, byte_clock_hz=byte_clock_hz, capture=capture, memory_counts=counts,
+                               timeout_s=START_LIMIT_S,
                                matcher_clock_hz=case.simulated_hz(case.matcher_hz),
                                paced_latency=round(HOST_LATENCY_S*case.wire_hz)) as simulation,
               contextlib.closing(PacedChannel(simulation.paced, case.wire_hz)) as channel, time_of(channel),
@@ -163,7 +170,7 @@ def ethernet_figures(cases: list[EthernetCase]) -> list[dict[str, str | float]]:
     rows: list[dict[str, str | float]] = []
     for case in cases:
         result = measure_flow(case)
-        name   = f"{WIDTH}x{HEIGHT}/{case.name}"
+        name   = f"{case.width}x{case.height}/{case.name}"
         most   = CHUNK_BYTES/CHUNK_CLOCKS
         rows += [
             {"name": f"ethernet_upload_bytes_per_clock/{name}", "value": round(result.upload_bytes_per_clock, 3),

@@ -45,7 +45,8 @@ class MemoryMonitor(LiteXModule):
         self.add_cpu(soc)
         dma = [*MATCHER, *(LINK if hasattr(soc, "frame_link") else [])]
         if hasattr(soc, "sdram"):
-            self.add_ports(["cpu", *dma, "cpu_lines", "screen"], soc.sdram.crossbar.masters)
+            lines = ["cpu_lines"] if hasattr(soc, "line_reader") else []
+            self.add_ports(["cpu", *dma, *lines, "screen"], soc.sdram.crossbar.masters)
             self.add_commands(soc.sdram.controller)
         else:
             self.add_ports(dma, soc.memory.masters)

@@ -8,6 +8,7 @@
 import os
 import shutil
 import sys
+from functools import partial
 
 from migen import *
 from migen.genlib.cdc import MultiReg
@@ -150,7 +151,11 @@ class SDRAMSoC(SimulatedSoC):
         self.add_constant("FLASH_BOOT_ADDRESS", FLASH_ORIGIN)
         return self.sdram.crossbar
 
-SOCS = {"integrated-ram": IntegratedRAMSoC, "sdram": SDRAMSoC}
+SOCS = {
+    "integrated-ram": IntegratedRAMSoC,
+    "sdram":          SDRAMSoC,
+    "sdram-lines":    partial(SDRAMSoC, with_line_reader=True),
+}
 
 # Build --------------------------------------------------------------------------------------------
 

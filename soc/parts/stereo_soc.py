@@ -31,11 +31,13 @@ class StereoSoC(StereoMixin, FrameLinkMixin, SoCCore):
         Parameters of the matcher: see `StereoMixin.add_stereo`.
     name : str
         Name that the device reports, at most 15 ASCII characters.
+    with_line_reader : bool
+        Read the CPU's instructions from DRAM in whole lines, without the bus: see `LineReader`.
     **kwargs
         Passed on to `SoCCore`.
     """
     def __init__(self, platform, sys_clk_freq, parameters, burst_bytes=128,
-        matcher_clock_domain="sys", name="litestereo", **kwargs):
+        matcher_clock_domain="sys", name="litestereo", with_line_reader=False, **kwargs):
         soc_kwargs = dict(
             ident        = f"LiteStereo on {name}",
             cpu_type     = "vexriscv",
@@ -62,17 +64,16 @@ class StereoSoC(StereoMixin, FrameLinkMixin, SoCCore):
             clock_domain = matcher_clock_domain,
         )
         self.add_link()
-        if hasattr(self, "sdram"):
+        if with_line_reader:
             self.add_line_reader()
 
     def add_line_reader(self):
-        """Read the CPU's instructions from the memory in whole lines, without the bus."""
-        port   = self.sdram.crossbar.get_port(mode="read")
-        region = self.bus.regions["main_ram"]
-        if port.data_width >= 32:
-            name = "cpu_bus0"
-            self.line_reader       = LineReader(self.bus.masters[name], port, region.origin, region.size)
-            self.bus.masters[name] = self.line_reader.bus
+        """Read the CPU's instructions from DRAM in whole lines."""
+        instructions = "cpu_bus0" # LiteX's name for the first bus of the CPU, that of the instructions.
+        region       = self.bus.regions["main_ram"]
+        self.line_reader = LineReader(self.bus.masters[instructions], self.sdram.crossbar.get_port(mode="read"),
+            region.origin, region.size)
+        self.bus.masters[instructions] = self.line_reader.bus
 
     # Hooks ----------------------------------------------------------------------------------------
 
