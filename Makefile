@@ -72,8 +72,9 @@ sim: install ## Run the full system in simulation until Ctrl-C [PORT UDP_PORT RA
 example: install ## Run a program of firmware/examples in simulation [EXAMPLE]
 	@$(PYTHON) -m litestereo.sim.system.example $(EXAMPLE)
 
-bench: install ## Measure clocks in simulation, print a table and write build/bench.json
-	@$(PYTHON) -m litestereo.sim.bench
+# A board that is named on the command line: the default is for other targets.
+bench: install ## Measure clocks in simulation, print a table and write build/bench.json; BOARD=... for its SoC alone
+	@$(PYTHON) -m litestereo.sim.bench $(if $(filter command,$(origin BOARD)),--board $(BOARD))
 
 wheel: install ## Build the wheels into dist: with OpenCV, and without
 	@$(PYTHON) .ci/wheel.py

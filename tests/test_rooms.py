@@ -59,7 +59,7 @@ ROOMS: dict[str, tuple[str, ...]] = {
     "sim/cores":              ("gateware", "soc/build", "soc/flow", "sim/models"),
     "sim/socs":               ("gateware", "soc/build", "soc/parts", "soc/boards", "sim/cores"),
     "sim/system":             ("firmware", "soc/build", "soc/boards", "sim/cores", "sim/socs", "host_tools"),
-    "sim/bench":              ("sim/models", "sim/system", "soc/build", "host_tools"),
+    "sim/bench":              ("sim/models", "sim/system", "soc/build", "soc/boards", "host_tools"),
     "sim/thesis":             ("firmware", "gateware", "soc", "sim", "host_tools"),
     "sim":                    ("sim", "soc", "host_tools"),
 }

@@ -7,11 +7,13 @@
 
 from __future__ import annotations
 
+import argparse
 import json
 import re
 import sys
 import time
 import zlib
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import cv2
@@ -21,11 +23,13 @@ import rich.table
 from ...host_tools.core.errors import LiteStereoError
 from ...host_tools.core.settings import MatcherSettings
 from ...host_tools.devices.connect import Device, connect
+from ...soc.boards import BOARDS
 from ...soc.build.paths import build_directory
 from ..models.pattern import LEFT_SEED, RIGHT_SEED, pattern
 from ..models.stereo_bm import stereo_bm
 from ..system.build import MEMORIES
-from .ethernet import ethernet_figures
+from .ethernet import CASES as CASES_OF_ETHERNET
+from .ethernet import board_cases, ethernet_figures
 from .readme import write
 
 #: Width, height, disparities, block size, and the stages: "all", or "sad" for the sum of absolute differences alone.
@@ -152,37 +156,61 @@ def opencv_figures(accelerator: Measurement) -> list[Figure]:
     ]
 
 
-def main() -> int:
+def main(arguments: Sequence[str] | None = None) -> int:
     """Measure, print the table, write the file; return the exit status."""
-    rows: list[Figure] = []
+    parser = argparse.ArgumentParser(prog="bench", description=__doc__)
+    parser.add_argument("--board", choices=list(BOARDS), help="measure Ethernet on the SoC of this board alone")
+    board = parser.parse_args(arguments).board
     try:
-        for memory in MEMORIES:
-            with connect(f"sim:?ram={memory}&link=serial") as device:
-                for case in CASES:
-                    print(f"measuring {case_name(case)} on {memory}", file=sys.stderr, flush=True)
-                    result = measure_frame(device, case)
-                    rows  += figures(case, result, memory)
-                    if case == CASES[0] and memory == MEMORIES[0]:
-                        first = result
-                if memory == MEMORIES[0]:
-                    print("measuring the CPU, and cv2.StereoBM on this computer", file=sys.stderr, flush=True)
-                    rows += cpu_figures(device, first)
-                    rows += opencv_figures(first)
-        print("measuring Ethernet", file=sys.stderr, flush=True)
-        rows += ethernet_figures()
+        if board:
+            show(ethernet_figures(board_cases(board)), f"{board} in litex_sim")
+            return 0
+        rows = all_figures()
     except LiteStereoError as error:
         print(f"bench: error: {error}", file=sys.stderr)
         return 1
-    table = rich.table.Table("figure", "value", "unit", title="Full system in litex_sim")
-    for row in rows:
-        table.add_row(*(str(row[column]) for column in ("name", "value", "unit")))
-    rich.console.Console(width=100).print(table)
+    show(rows, "Full system in litex_sim")
     print("On integrated RAM the matcher has its own port and needs a clock per pixel, plus the rows of the lower\n"
           "border. On SDRAM (32 bits, at most one word per clock) the four bytes of a pixel need the whole bus: all\n"
           "above 1 is row changes, changes between reading and writing, and refresh.\n"
-          "Ethernet figures are of uploads while other frames are matched and downloaded, in clocks of the wire.")
+          "Ethernet figures are of uploads while other frames are matched and downloaded, in clocks of the wire.\n"
+          "Shares of the memory's time are of the same clocks: a word takes one, and a port may wait in others.")
     path = build_directory() / "bench.json"
     path.write_text(json.dumps(rows, indent=2) + "\n")
     print(f"written: {path}")
     write(rows)
     return 0
+
+
+def show(rows: Sequence[Figure], title: str) -> None:
+    """Print figures as a table."""
+    table = rich.table.Table("figure", "value", "unit", title=title)
+    for row in rows:
+        table.add_row(*(str(row[column]) for column in ("name", "value", "unit")))
+    rich.console.Console(width=100).print(table)
+
+
+def all_figures() -> list[Figure]:
+    """Measure everything that the README's tables need, and more.
+
+    Raises
+    ------
+    LiteStereoError
+        A device refused or failed, or a map is wrong.
+    """
+    rows: list[Figure] = []
+    for memory in MEMORIES:
+        with connect(f"sim:?ram={memory}&link=serial") as device:
+            for case in CASES:
+                print(f"measuring {case_name(case)} on {memory}", file=sys.stderr, flush=True)
+                result = measure_frame(device, case)
+                rows  += figures(case, result, memory)
+                if case == CASES[0] and memory == MEMORIES[0]:
+                    first = result
+            if memory == MEMORIES[0]:
+                print("measuring the CPU, and cv2.StereoBM on this computer", file=sys.stderr, flush=True)
+                rows += cpu_figures(device, first)
+                rows += opencv_figures(first)
+    print("measuring Ethernet", file=sys.stderr, flush=True)
+    rows += ethernet_figures(CASES_OF_ETHERNET)
+    return rows

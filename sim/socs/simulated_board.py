@@ -21,6 +21,7 @@ from ...soc.boards.board_soc import BoardSoC, PIXEL_DOMAIN, PIXEL_HZ
 from ...soc.build.builder    import StereoBuilder
 from .ethernet_model         import EthernetPHYModel
 from .flash_model            import FlashModel, flash_model_bytes
+from .memory_monitor         import MemoryMonitor
 from .simulated_soc          import IO, MATCHER_CLK_FREQ, SYS_CLK_FREQ, SimulatedCRG, SimulatedSoC
 from .simulator              import build_simulator
 from .video_model            import VideoPHYModel
@@ -35,6 +36,7 @@ def simulated(board):
         def __init__(self):
             base.__init__(self, base.preset, SimPlatform("SIM", IO), SYS_CLK_FREQ, uart_name="sim")
             self.comb += self.platform.trace.eq(0)
+            self.memory_monitor = MemoryMonitor(self, self.platform.request("memory").events)
 
         def add_clocking(self, platform, sys_clk_freq):
             self.crg = SimulatedCRG(platform.request("sys_clk"))
@@ -84,10 +86,11 @@ def build(board, output_dir, modules_dir):
         run             = False,
         sim_config      = soc.sim_config(),
         interactive     = False,
-        extra_mods      = ["serial2socket", "ethernet2socket", "video2file"],
+        extra_mods      = ["serial2socket", "ethernet2socket", "memory2file", "video2file"],
         extra_mods_path = modules_copy,
         opt_level       = "O3",
     )
+    soc.memory_monitor.write_names(output_dir)
     with open(os.path.join(output_dir, "board.json"), "w") as file:
         json.dump({"rom": soc.rom_bytes, "flash": {"bytes": soc.flash_image_bytes, "images": soc.flash_images,
             "records": soc.flash_records_bytes}}, file)

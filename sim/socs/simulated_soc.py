@@ -8,6 +8,7 @@
 import os
 import shutil
 import sys
+from functools import partial
 
 from migen import *
 from migen.genlib.cdc import MultiReg
@@ -28,6 +29,7 @@ from ...soc.parts.stereo_soc  import StereoSoC
 from ...soc.parts.wide_ram    import WideRAM
 from .ethernet_model          import EthernetPHYModel
 from .matcher                 import MATCHER
+from .memory_monitor          import EVENTS, MemoryMonitor
 from .simulator               import build_simulator
 
 MAIN_RAM_BYTES = 8*1024*1024 # The size of a Colorlight i5's SDRAM.
@@ -55,6 +57,7 @@ IO = [
     ("eth",     0, *BYTES),
     ("video",   0, *(Subsignal(name, Pins(1)) for name in ("clk", "de", "hsync", "vsync")),
         *(Subsignal(name, Pins(8)) for name in ("r", "g", "b"))),
+    ("memory",  0, Subsignal("events", Pins(EVENTS))),
 ]
 
 # Clock --------------------------------------------------------------------------------------------
@@ -89,6 +92,7 @@ class SimulatedSoC(StereoSoC):
     def __init__(self, name, **kwargs):
         StereoSoC.__init__(self, SimPlatform("SIM", IO), SYS_CLK_FREQ, name=name, uart_name="sim", **kwargs)
         self.comb += self.platform.trace.eq(0)
+        self.memory_monitor = MemoryMonitor(self, self.platform.request("memory").events)
 
     def add_clocking(self, platform, sys_clk_freq):
         self.crg = SimulatedCRG(platform.request("sys_clk"))
@@ -105,6 +109,7 @@ class SimulatedSoC(StereoSoC):
         config.add_clocker("eth_clk", freq_hz=SYS_CLK_FREQ)
         config.add_module("serial2socket", "serial")
         config.add_module("ethernet2socket", "eth", clocks="eth_clk")
+        config.add_module("memory2file", "memory")
         return config
 
 class IntegratedRAMSoC(SimulatedSoC):
@@ -146,7 +151,11 @@ class SDRAMSoC(SimulatedSoC):
         self.add_constant("FLASH_BOOT_ADDRESS", FLASH_ORIGIN)
         return self.sdram.crossbar
 
-SOCS = {"integrated-ram": IntegratedRAMSoC, "sdram": SDRAMSoC}
+SOCS = {
+    "integrated-ram": IntegratedRAMSoC,
+    "sdram":          SDRAMSoC,
+    "sdram-lines":    partial(SDRAMSoC, with_line_reader=True),
+}
 
 # Build --------------------------------------------------------------------------------------------
 
@@ -171,10 +180,11 @@ def generate(memory, output_dir, modules_dir):
         run             = False,
         sim_config      = soc.sim_config(),
         interactive     = False,
-        extra_mods      = ["serial2socket", "ethernet2socket"],
+        extra_mods      = ["serial2socket", "ethernet2socket", "memory2file"],
         extra_mods_path = modules_copy,
         opt_level       = "O3",
     )
+    soc.memory_monitor.write_names(output_dir)
     return builder.gateware_dir
 
 if __name__ == "__main__":

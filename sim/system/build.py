@@ -28,6 +28,9 @@ from ...soc.build.tools import ToolError, run_logged
 from ..cores.verilated import COMPILATION
 
 MEMORIES       = ("integrated-ram", "sdram")
+
+#: Further SoCs, for measurements: SDRAM, and a `LineReader` for the CPU's instructions.
+VARIANTS       = ("sdram-lines",)
 TOOLS          = {"verilator": "verilator", "riscv64-unknown-elf-gcc": "gcc-riscv64-unknown-elf", "make": "make",
                   "g++": "g++"}
 
@@ -49,7 +52,7 @@ def build_soc(memory: str = "integrated-ram") -> Path:
     Parameters
     ----------
     memory
-        Main memory of the SoC, one of `MEMORIES`; or a board, one of `soc.boards.BOARDS`, for its SoC.
+        Main memory of the SoC, one of `MEMORIES` or `VARIANTS`; or a board, one of `soc.boards.BOARDS`, for its SoC.
 
     Returns
     -------
@@ -60,8 +63,8 @@ def build_soc(memory: str = "integrated-ram") -> Path:
     SimulationError
         The build failed.
     """
-    if memory not in (*MEMORIES, *BOARDS):
-        raise SimulationError(f"unknown memory {memory!r}: choose one of {', '.join((*MEMORIES, *BOARDS))}")
+    if memory not in (*MEMORIES, *VARIANTS, *BOARDS):
+        raise SimulationError(f"unknown memory {memory!r}: choose one of {', '.join((*MEMORIES, *VARIANTS, *BOARDS))}")
     key = content_key([memory, *(version(name) for name in LITEX_PACKAGES), *COMPILATION,
                        code_key(*(PACKAGE_DIR / folder for folder in SOURCES))])
 

@@ -7,8 +7,10 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import math
+import os
 import re
 import shutil
 import socket
@@ -31,6 +33,9 @@ SYS_CLK_HZ = 1_000_000
 
 #: What the Ethernet of the SoC can be tied to, and the litex_sim module for each.
 WIRES = {"socket": "ethernet2socket", "tap": "ethernet"}
+
+#: Numbers of the simulations of this process.
+_numbers = itertools.count(1)
 
 #: Makes Linux kill the command that follows when its parent ends, for any reason. (A preexec_fn could hang if there are
 #: threads.)
@@ -60,6 +65,7 @@ class Simulation:
     def __init__(self, process: subprocess.Popen[bytes], folder: Path) -> None:
         self.port     = 0        #: TCP, of 127.0.0.1
         self.udp_port = 0        #: UDP, of 127.0.0.1; 0 if the wire is not a socket
+        self.paced    = ""       #: name of the abstract socket of a host in the device's time; empty if there is none
         self.folder   = folder   #: where it runs
         self._process = process
 
@@ -91,7 +97,9 @@ class Simulation:
 
 def start_simulation(ram: str = "integrated-ram", port: int = 0, udp_port: int = 0, wire: str = "socket",
                      byte_clock_hz: int = SYS_CLK_HZ, capture: Path | None = None, timeout_s: float = 300.0,
-                     example: str | None = None, stranger: Stranger | None = None) -> Simulation:
+                     example: str | None = None, stranger: Stranger | None = None,
+                     paced_latency: int | None = None, memory_counts: Path | None = None,
+                     matcher_clock_hz: int = 0) -> Simulation:
     """Build what is missing, start the simulation and wait for the firmware's prompt.
 
     Parameters
@@ -114,6 +122,14 @@ def start_simulation(ram: str = "integrated-ram", port: int = 0, udp_port: int =
         One of `build.examples` in place of our firmware; there is no prompt to wait for then.
     stranger
         Another station on the wire `socket`.
+    paced_latency
+        Clocks of the wire until a datagram has reached a host in the time of the device, which the wire `socket`
+        then waits for at `Simulation.paced`: see sim/socs/modules/ethernet2socket/paced.h. None: there is no such host.
+    memory_counts
+        File for what each master of the main memory does: `memory.json` of `build_soc` names the counts of a row, see
+        sim/socs/modules/memory2file.
+    matcher_clock_hz
+        Clock of a matcher that has a separate one; 0: the SoC's own choice.
 
     Raises
     ------
@@ -126,6 +142,7 @@ def start_simulation(ram: str = "integrated-ram", port: int = 0, udp_port: int =
         raise SimulationError(f"unknown example {example!r}: choose one of {', '.join(examples())}")
     soc      = build_soc(ram)
     firmware = (build_example(soc, example) if example else build_firmware(soc)).read_bytes()
+    paced    = f"litestereo-{os.getpid()}-{next(_numbers)}" if paced_latency is not None else ""
     runs     = build_directory() / "run"
     runs.mkdir(parents=True, exist_ok=True)
     folder   = Path(tempfile.mkdtemp(prefix=f"{ram}-", dir=runs))
@@ -134,14 +151,17 @@ def start_simulation(ram: str = "integrated-ram", port: int = 0, udp_port: int =
     _prepare_modules(folder, soc / "gateware", {
         "serial2socket":   {"port": port},
         "ethernet2socket": {"port": udp_port, "clock": "eth_clk"} | ({"capture": str(capture)} if capture else {})
+                           | ({"paced": paced, "paced_latency": paced_latency} if paced_latency is not None else {})
                            | ({"stranger_payload": stranger.payload.hex(), "stranger_clocks": stranger.clocks}
                               if stranger else {}),
         "ethernet":        {"interface": "tap0", "ip": "192.168.1.100"},
-    }, wire, byte_clock_hz)
+    } | ({"memory2file": {"file": str(memory_counts)}} if memory_counts else {}), wire,
+    {"eth_clk": byte_clock_hz} | ({"matcher_clk": matcher_clock_hz} if matcher_clock_hz else {}))
     with open(folder / "simulation.log", "wb") as log:
         process = subprocess.Popen([*DIE_WITH_PARENT, soc / "gateware" / "obj_dir" / "Vsim"], cwd=folder, stdout=log,
                                    stderr=log, stdin=subprocess.DEVNULL)
     simulation = Simulation(process, folder)
+    simulation.paced = paced
     try:
         deadline        = time.monotonic() + timeout_s
         simulation.port = _listening_port(simulation, "serial2socket", port, deadline)
@@ -156,9 +176,10 @@ def start_simulation(ram: str = "integrated-ram", port: int = 0, udp_port: int =
 
 
 def _prepare_modules(folder: Path, gateware: Path, arguments: dict[str, dict[str, int | str]], wire: str,
-                     byte_clock_hz: int) -> None:
+                     clocks_hz: dict[str, int]) -> None:
     """Put litex_sim's modules and their configuration into the folder that it runs in."""
-    config = json.loads((gateware / "sim_config.js").read_text())
+    config = [module for module in json.loads((gateware / "sim_config.js").read_text())
+              if module.get("module") != "memory2file" or "memory2file" in arguments]
     for module in config:
         name = module.get("module")
         if name == WIRES["socket"] and wire != "socket":
@@ -167,8 +188,8 @@ def _prepare_modules(folder: Path, gateware: Path, arguments: dict[str, dict[str
             module["interface"] = ["sys_clk" if pads == "eth_clk" else pads for pads in module["interface"]]
         if name in arguments:
             module["args"] = arguments[name]
-        elif name == "clocker" and module["interface"] == ["eth_clk"]:
-            module["args"]["freq_hz"] = byte_clock_hz
+        elif name == "clocker" and module["interface"][0] in clocks_hz:
+            module["args"]["freq_hz"] = clocks_hz[module["interface"][0]]
     # The step of time, in ps, whose multiples are the edges of all clocks.
     (step,) = (entry for entry in config if "timebase" in entry)
     clocks  = [module["args"]["freq_hz"] for module in config if module.get("module") == "clocker"]

@@ -9,10 +9,11 @@ from litex.gen import *
 
 from litex.soc.integration.soc_core import SoCCore
 
-from .add_frame_link import FrameLinkMixin
-from .add_stereo     import StereoMixin
-from .csr_registers  import CSRRegistersMixin
-from .reset_record   import ResetRecord
+from ...gateware.memory.line_reader import LineReader
+from .add_frame_link                import FrameLinkMixin
+from .add_stereo                    import StereoMixin
+from .csr_registers                 import CSRRegistersMixin
+from .reset_record                  import ResetRecord
 
 # Stereo SoC ---------------------------------------------------------------------------------------
 
@@ -31,11 +32,13 @@ class StereoSoC(StereoMixin, FrameLinkMixin, CSRRegistersMixin, SoCCore):
         Parameters of the matcher: see `StereoMixin.add_stereo`.
     name : str
         Name that the device reports, at most 15 ASCII characters.
+    with_line_reader : bool
+        Read the CPU's instructions from DRAM in whole lines, without the bus: see `LineReader`.
     **kwargs
         Passed on to `SoCCore`.
     """
     def __init__(self, platform, sys_clk_freq, parameters, burst_bytes=128,
-        matcher_clock_domain="sys", name="litestereo", **kwargs):
+        matcher_clock_domain="sys", name="litestereo", with_line_reader=False, **kwargs):
         soc_kwargs = dict(
             ident        = f"LiteStereo on {name}",
             cpu_type     = "vexriscv",
@@ -62,6 +65,16 @@ class StereoSoC(StereoMixin, FrameLinkMixin, CSRRegistersMixin, SoCCore):
             clock_domain = matcher_clock_domain,
         )
         self.add_link()
+        if with_line_reader:
+            self.add_line_reader()
+
+    def add_line_reader(self):
+        """Read the CPU's instructions from DRAM in whole lines."""
+        instructions = "cpu_bus0" # LiteX's name for the first bus of the CPU, that of the instructions.
+        region       = self.bus.regions["main_ram"]
+        self.line_reader = LineReader(self.bus.masters[instructions], self.sdram.crossbar.get_port(mode="read"),
+            region.origin, region.size)
+        self.bus.masters[instructions] = self.line_reader.bus
 
     # Hooks ----------------------------------------------------------------------------------------
 

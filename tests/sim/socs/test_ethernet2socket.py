@@ -450,3 +450,79 @@ def test_makefile(tmp_path):
     done    = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     assert (folder / "ethernet2socket.so").is_file()
+
+
+class PacedHost:
+    """A host in the device's time; the module stands still until it waits."""
+    def __init__(self, name: str) -> None:
+        self.socket = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        self.socket.settimeout(10)
+        self.socket.connect(f"\0{name}")
+
+    def send(self, payload: bytes) -> None:
+        """Queue a datagram for the wire."""
+        self.socket.sendall(b"D" + payload)
+
+    def wait(self, clock: int) -> None:
+        """Let the module go on, until a datagram comes or at most up to a clock."""
+        self.socket.sendall(struct.pack("=cQ", b"W", clock))
+
+    def woken(self) -> tuple[int, bytes]:
+        """Return the clock of the answer to a wait, and the datagram."""
+        answer = self.socket.recv(4096)
+        return struct.unpack_from("=Q", answer)[0], answer[8:]
+
+
+FIRST = 1 << 20   # The host's time begins at a multiple.
+LATER = FIRST << 8 # After the end of a test: at the end of a wait the module waits for the host.
+PACED = HOST._replace(port=40001)
+
+
+@pytest.fixture
+def paced():
+    """Return the module and a host that connects at the clock `FIRST`, and whose first wait ends at once."""
+    name = f"litestereo-test-{os.getpid()}"
+    with EthernetBench({"paced": name, "paced_latency": 300}) as bench:
+        host = PacedHost(name)
+        host.wait(0)
+        bench.set_clock(FIRST - 1)
+        bench.run(1)
+        yield bench, host
+        host.socket.close()
+
+
+def test_paced_host_sends(paced):
+    """What a host sends at once is sent at the pace of the wire, from the clock at which it waits."""
+    bench, host = paced
+    payloads = [bytes([n])*1000 for n in range(20)]
+    for payload in payloads:
+        host.send(payload)
+    host.wait(LATER)
+    frames = bench.run(20*(1042 + 24) + 10)
+    assert host.woken() == (FIRST + 1, b"")
+    assert [frame.data for frame in frames] == [datagram(PACED, DEVICE, payload) for payload in payloads]
+    assert {later.clock - first.clock for first, later in zip(frames, frames[1:], strict=False)} == {1042 + 24}
+
+
+def test_paced_host_receives(paced):
+    """A datagram ends a wait, its latency after its last byte; another one waits for the next wait."""
+    bench, host = paced
+    for _ in range(3):
+        host.wait(LATER)
+    frames = [datagram(DEVICE, PACED, bytes([n])*200) for n in range(2)]
+    bench.send(frames)
+    bench.run(2000)
+    assert host.woken() == (FIRST + 1, b"")
+    (first, payload), (second, other) = host.woken(), host.woken()
+    assert (payload, other) == (bytes([0])*200, bytes([1])*200)
+    assert second - first == len(frames[1]) + 1
+    assert 0 <= first - (FIRST + len(frames[0]) + 300) <= 4
+
+
+def test_paced_host_sleeps(paced):
+    """Without a datagram a wait ends at its clock; one for a clock that has passed ends at the next one."""
+    bench, host = paced
+    for clock in (FIRST + 1234, FIRST + 1234, LATER):
+        host.wait(clock)
+    bench.run(2000)
+    assert [host.woken() for _ in range(3)] == [(FIRST + 1, b""), (FIRST + 1234, b""), (FIRST + 1235, b"")]

@@ -31,6 +31,7 @@
 #include "frames.h"
 #include "modules.h"
 #include "../pads.h"
+#include "paced.h"
 #include "settings.h"
 
 #define HOST_MAC     {0x02, 0x00, 0x00, 0x00, 0x00, 0x64}
@@ -89,6 +90,7 @@ struct session {
     uint64_t stranger_sent; /* datagrams of the stranger */
     struct frame answer;    /* to ARP, waits for the gap after the frame to the SoC; length 0: none */
     uint64_t outcomes[OUTCOMES];
+    struct paced paced;
 };
 
 static void count(struct session *session, unsigned outcome)
@@ -145,6 +147,7 @@ static int new_session(void **out, char *args)
     session->settings = read_settings(args);
     session->host     = (struct station){.mac = HOST_MAC, .address = HOST_ADDRESS};
     session->capture  = session->settings.capture ? capture_to(session->settings.capture) : NULL;
+    paced_init(&session->paced, session->settings.paced, session->settings.paced_latency);
     session->socket   = listen_on(session->settings.port);
     *out = session;
     return RC_OK;
@@ -179,6 +182,11 @@ static void send_on(struct session *session, const struct datagram *datagram)
 {
     struct sockaddr_in to = {.sin_family = AF_INET, .sin_port = htons(datagram->port)};
 
+    if (session->paced.client >= 0 && datagram->port == PACED_PORT) {
+        put_letter(&session->paced.to_host, session->clocks + session->paced.latency, datagram->payload,
+                   datagram->length);
+        return;
+    }
     to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
     if (sendto(session->socket, datagram->payload, datagram->length, 0, (struct sockaddr *)&to, sizeof(to)) < 0) {
         count(session, DATAGRAM_UNSENT);
@@ -237,6 +245,20 @@ static size_t receive(struct session *session, uint8_t *frame)
     return put_datagram(frame, &sender, &session->settings.device, (size_t)length);
 }
 
+static size_t receive_paced(struct session *session, uint8_t *frame)
+{
+    struct station sender = session->host;
+    struct letter *letter = first_letter(&session->paced.to_soc);
+
+    if (!letter) {
+        return 0;
+    }
+    sender.port = PACED_PORT;
+    memcpy(frame + PAYLOAD_START, letter->bytes, letter->length);
+    session->paced.to_soc.taken++;
+    return put_datagram(frame, &sender, &session->settings.device, letter->length);
+}
+
 static bool stranger_is_due(const struct session *session)
 {
     unsigned clocks = session->settings.stranger_clocks;
@@ -263,6 +285,8 @@ static void begin_frame(struct session *session)
         session->answer.length = 0;
     } else if (stranger_is_due(session)) {
         session->to_soc.length = put_stranger(session, session->to_soc.bytes);
+    } else if (session->paced.client >= 0) {
+        session->to_soc.length = receive_paced(session, session->to_soc.bytes);
     } else if (session->idle++ % POLL_CLOCKS == 0) {
         session->to_soc.length = receive(session, session->to_soc.bytes);
     }
@@ -307,6 +331,7 @@ static int tick(void *state, uint64_t time_ps)
         *session->source_ready = 1;
     }
     take_byte(session);
+    paced_tick(&session->paced, session->clocks);
     drive_byte(session);
     return RC_OK;
 }

@@ -25,6 +25,8 @@ struct settings {
     unsigned gap; /* clocks between two frames */
     struct station device;
     char *capture; /* path; NULL: none */
+    char *paced;   /* name of the abstract socket of a host in the device's time; NULL: there is none */
+    unsigned paced_latency; /* clocks */
     /* A station that sends the same datagram again and again, and answers nothing, not even ARP. */
     struct station stranger;
     unsigned stranger_clocks; /* from one of its datagrams to the next; 0: no such station */
@@ -113,7 +115,7 @@ static inline struct settings read_settings(const char *args)
 {
     json_object *arguments = args ? json_tokener_parse(args) : NULL;
     struct settings settings;
-    const char *clock, *capture;
+    const char *clock, *capture, *paced;
 
     if (args && !json_object_is_type(arguments, json_type_object)) {
         fail("arguments are a JSON object, not %s", args);
@@ -127,6 +129,9 @@ static inline struct settings read_settings(const char *args)
     settings.clock   = strdup(clock ? clock : "sys_clk");
     capture          = text_argument(arguments, "capture", NULL);
     settings.capture = capture ? strdup(capture) : NULL;
+    paced            = text_argument(arguments, "paced", NULL);
+    settings.paced   = paced ? strdup(paced) : NULL;
+    settings.paced_latency = (unsigned)number_argument(arguments, "paced_latency", 0, 0, 1000000000);
     settings.stranger_clocks = (unsigned)number_argument(arguments, "stranger_clocks", 0, 0, 1000000000);
     settings.stranger_payload = payload_argument(arguments, "stranger_payload", &settings.stranger_length);
     settings.stranger.port    = (uint16_t)number_argument(arguments, "stranger_port", 40000, 1, 65535);
