@@ -73,7 +73,7 @@ example: install ## Run a program of firmware/examples in simulation [EXAMPLE]
 	@$(PYTHON) -m litestereo.sim.system.example $(EXAMPLE)
 
 # A board that is named on the command line: the default is for other targets.
-bench: install ## Measure clocks in simulation, print a table and write build/bench.json; BOARD=... for its SoC alone
+bench: install ## Measure clocks in simulation, print a table and write build/bench.json [BOARD]
 	@$(PYTHON) -m litestereo.sim.bench $(if $(filter command,$(origin BOARD)),--board $(BOARD))
 
 wheel: install ## Build the wheels into dist: with OpenCV, and without

@@ -22,6 +22,7 @@ class LineReader(LiteXModule):
 
     On the SoC's bus every word of a line is a separate access, which waits for the memory. Here the words are asked for
     one clock after the other, and only the first one waits. If the cache gives a line up, the rest of it is discarded.
+    A reset has to reach cache and memory too: it forgets what was asked for.
 
     Parameters
     ----------
@@ -47,26 +48,47 @@ class LineReader(LiteXModule):
 
         # # #
 
-        begins = Signal() # The master begins a line of the memory.
-        line   = Signal(log2_int(size//LINE_BYTES))
-        self.comb += begins.eq(master.cyc & master.stb & ~master.we & (master.cti == CTI_INCREMENTING)
+        self.asked    = Signal(max=words + 1)     # Words asked for,
+        self.answered = Signal(max=words + 1)     # and answered.
+        self.item     = Signal(max=LINE_BYTES//4) # Number of the next transfer of the line.
+        self.line     = Signal(log2_int(size//LINE_BYTES))
+        self.begins   = Signal()                  # The master begins a line of the memory.
+        self.answer   = Signal()
+        self.fifo     = fifo = ResetInserter()(stream.SyncFIFO([("data", port.data_width)], words))
+        self.comb    += self.begins.eq(master.cyc & master.stb & ~master.we & (master.cti == CTI_INCREMENTING)
             & (master.adr[:3] == 0) & (master.adr[log2_int(size//4):] == origin//size))
+        self.add_fsm(master, port, words)
+        lane = self.item & (ratio - 1)
+        self.comb += [
+            bus.adr.eq(master.adr),
+            bus.dat_w.eq(master.dat_w),
+            bus.sel.eq(master.sel),
+            bus.we.eq(master.we),
+            port.cmd.we.eq(0),
+            port.cmd.addr.eq(Cat(self.asked[:log2_int(words)], self.line)),
+            port.rdata.ready.eq(1),
+            fifo.sink.valid.eq(port.rdata.valid),
+            fifo.sink.data.eq(port.rdata.data),
+            fifo.source.ready.eq(self.answer & (lane == ratio - 1)),
+            master.dat_r.eq(bus.dat_r),
+            If(self.fsm.ongoing("LINE"),
+                master.dat_r.eq(Array(lanes_of(fifo.source.data, ratio))[lane])
+            ),
+        ]
 
-        asked    = Signal(max=words + 1)    # Words asked for,
-        answered = Signal(max=words + 1)    # and answered.
-        item     = Signal(max=LINE_BYTES//4) # Number of the next transfer of the line.
-        given_up = Signal()                 # The master has given the line up.
-        answer   = Signal()
-        self.fifo = fifo = ResetInserter()(stream.SyncFIFO([("data", port.data_width)], words))
-        self.fsm  = fsm  = FSM(reset_state="IDLE")
+    def add_fsm(self, master, port, words):
+        """Follow a line, or let another transfer pass."""
+        bus, fifo, answer = self.bus, self.fifo, self.answer
+        given_up = Signal() # The master has given the line up.
+        self.fsm = fsm = FSM(reset_state="IDLE")
         fsm.act("IDLE",
             fifo.reset.eq(1),
-            NextValue(line, master.adr[3:]),
-            NextValue(asked, 0),
-            NextValue(answered, 0),
-            NextValue(item, 0),
+            NextValue(self.line, master.adr[3:]),
+            NextValue(self.asked, 0),
+            NextValue(self.answered, 0),
+            NextValue(self.item, 0),
             NextValue(given_up, 0),
-            If(begins,
+            If(self.begins,
                 NextState("LINE")
             ).Elif(master.cyc & master.stb,
                 NextState("PASS")
@@ -84,41 +106,25 @@ class LineReader(LiteXModule):
         )
         fsm.act("LINE",
             # A request once made stays until it is taken.
-            port.cmd.valid.eq(asked != words),
+            port.cmd.valid.eq(self.asked != words),
             If(port.cmd.valid & port.cmd.ready,
-                NextValue(asked, asked + 1)
+                NextValue(self.asked, self.asked + 1)
             ),
             If(port.rdata.valid,
-                NextValue(answered, answered + 1)
+                NextValue(self.answered, self.answered + 1)
             ),
             answer.eq(fifo.source.valid & master.cyc & master.stb & ~given_up),
             master.ack.eq(answer),
             If(answer,
-                NextValue(item, item + 1),
-                If(item == LINE_BYTES//4 - 1,
+                NextValue(self.item, self.item + 1),
+                If(self.item == LINE_BYTES//4 - 1,
                     NextState("IDLE")
                 )
             ),
             If(~master.cyc,
                 NextValue(given_up, 1)
             ),
-            If(given_up & (answered == words),
+            If(given_up & (self.answered == words),
                 NextState("IDLE")
             )
         )
-        self.comb += [
-            bus.adr.eq(master.adr),
-            bus.dat_w.eq(master.dat_w),
-            bus.sel.eq(master.sel),
-            bus.we.eq(master.we),
-            port.cmd.we.eq(0),
-            port.cmd.addr.eq(Cat(asked[:log2_int(words)], line)),
-            port.rdata.ready.eq(1),
-            fifo.sink.valid.eq(port.rdata.valid),
-            fifo.sink.data.eq(port.rdata.data),
-            fifo.source.ready.eq(answer & ((item & (ratio - 1)) == ratio - 1)),
-            master.dat_r.eq(bus.dat_r),
-            If(fsm.ongoing("LINE"),
-                master.dat_r.eq(Array(lanes_of(fifo.source.data, ratio))[item & (ratio - 1)])
-            ),
-        ]
