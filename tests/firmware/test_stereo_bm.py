@@ -12,7 +12,7 @@ import numpy as np
 from litestereo.sim.models.stereo_bm import stereo_bm
 from support.image_pairs import awkward_pairs
 from support.pairs import generator
-from support.settings import any_settings
+from support.settings import SettingDraws
 
 
 def on_the_cpu(programs, left, right, settings):
@@ -30,9 +30,10 @@ def on_the_cpu(programs, left, right, settings):
 
 def test_equals_the_model(programs):
     """With any settings and every stage, the map of an awkward pair is the model's, down to the smallest size."""
-    rng = generator(80)
+    rng   = generator(80)
+    draws = SettingDraws(rng)
     for number in range(25):
-        settings      = any_settings(rng)
+        settings      = draws.settings()
         width, height = settings.minimum_size
         if number % 4:
             width  += int(rng.integers(0, 40))
@@ -40,3 +41,4 @@ def test_equals_the_model(programs):
         for name, left, right in awkward_pairs(rng, width, height):
             found = on_the_cpu(programs, left, right, settings)
             assert np.array_equal(found, stereo_bm(left, right, settings)), (name, width, height, settings)
+    draws.check()
