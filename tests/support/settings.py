@@ -59,17 +59,17 @@ class OpenCVDraws(Draws):
     ----------
     rng
         It seeds the draws.
-    min_disparity
+    fixed_min_disparity
         Smallest disparity, if it is not drawn; negative ones are none of a device's.
     most
         Narrower ranges of some settings, as a device has them.
     """
-    def __init__(self, rng: Rng, min_disparity: int | None = None, **most: int) -> None:
+    def __init__(self, rng: Rng, fixed_min_disparity: int | None = None, **most: int) -> None:
         ranges = setting_ranges(**SMALL_DEVICE | most)
-        absent = {"prefilter", "subpixel", "median"} | ({"min_disparity"} if min_disparity is not None else set())
+        absent = {"prefilter", "subpixel", "median"} | ({"min_disparity"} if fixed_min_disparity is not None else set())
         super().__init__(rng, {name: one for name, one in ranges.items() if name not in absent},
                          USUAL | {"prefilter_cap": range(1, LARGEST_CAP_WITH_CHECK + 1)})
-        self._fixed = {} if min_disparity is None else {"min_disparity": min_disparity}
+        self._fixed = {} if fixed_min_disparity is None else {"min_disparity": fixed_min_disparity}
 
     def settings(self) -> MatcherSettings:
         """Draw settings."""
@@ -82,4 +82,4 @@ class OpenCVDraws(Draws):
 def _settings(numbers: dict[str, int]) -> MatcherSettings:
     """Return settings by the numbers that the protocol has for them."""
     make = MatcherSettings if numbers["min_disparity"] >= 0 else UncheckedSettings
-    return make(**{name: from_number(name, number) for name, number in numbers.items()})  # type: ignore[arg-type]
+    return make(**{name: from_number(name, number) for name, number in numbers.items()})
