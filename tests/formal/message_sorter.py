@@ -59,6 +59,7 @@ def message_sorter(make=MessageSorter) -> Proof:
     proof.assume("a verdict stays until the next", proof.past(chunk.judge & ~chunk.judged) | ~proof.started
                  | (table.address == proof.past(table.address)))
     proof.assume("verdicts come when asked for", ~chunk.judged | chunk.judge)
+    proof.assume("an empty chunk does not fit", ~chunk.fits | (chunk.length != 0))
     # The firmware removes messages from the mailbox.
     waits, waited, read = Signal(8), Signal(8), Signal(8)
     proof.comb += [waits.eq(core.produced - core.consumed), read.eq(core.consumed - proof.past(core.consumed)),

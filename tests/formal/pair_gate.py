@@ -61,6 +61,7 @@ def pair_gate(make=PairGate) -> Proof:
         ),
     ]
     proof.prove("what is offered stays, unless the frame is given up", proof.past(reopened) | stays(proof, source))
+    proof.prove("a chunk that fits is not empty", ~(chunk.judge & chunk.judged & chunk.fits) | (chunk.length != 0))
     proof.prove("no pair beyond the frame", ~source.valid | (core.opened & (passed < pixels)))
     proof.prove("the first pair, and no other, is marked", ~source.valid | (source.first == (passed == 0)))
     proof.prove("so is the last", ~source.valid | (source.last == (passed == pixels - 1)))

@@ -66,6 +66,7 @@ def slot_table(make=SlotTable) -> Proof:
                 & (frame_id == chunk.frame_id)))
     proof.prove("and lies inside one of its images", ~allowed | (end <= size))
     proof.prove("where its offset says", ~allowed | (offset == chunk.offset))
+    proof.prove("and is not empty", ~allowed | (chunk.length != 0))
     judging = proof.past(chunk.judge & ~chunk.judged)
     verdict = [chunk.fits, chunk.repeated, core.found, core.address]
     for value in verdict:

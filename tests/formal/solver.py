@@ -7,7 +7,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import functools
 import os
 import re
@@ -95,9 +94,10 @@ def _link_solver() -> None:
     folder = build_directory() / "formal" / "bin"
     folder.mkdir(parents=True, exist_ok=True)
     _run(folder, [f"yowasp-{SOLVER}", "--version"], "version.log")
-    link = folder / SOLVER
-    with contextlib.suppress(FileExistsError):
-        link.symlink_to(Path(sys.prefix) / "bin" / f"yowasp-{SOLVER}")
+    # The link of an environment that is gone leads nowhere; a rename replaces it at once for all who use the folder.
+    link = folder / f"{SOLVER}-{os.getpid()}"
+    link.symlink_to(Path(sys.prefix) / "bin" / f"yowasp-{SOLVER}")
+    link.replace(folder / SOLVER)
 
 
 def _run(folder: Path, command: list[str], log: str, check: bool = True) -> tuple[int, str]:

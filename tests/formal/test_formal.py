@@ -93,6 +93,9 @@ FAULTS = {
     "words written over": (
         message_buffer, "message_buffer", "MessageBuffer", "room.eq((level != words) &", "room.eq(",
         "no word that waits is written over"),
+    "a mark a word early": (
+        message_buffer, "message_buffer", "MessageBuffer", "self.source.last.eq(index == last_word)",
+        "self.source.last.eq(index + 1 == last_word)", "a message has its words, the last one marked"),
     "a chunk too long": (
         slot_table, "slot_table", "SlotTable", "(self.chunk.length == expected)", "(self.chunk.length >= expected)",
         "and lies inside one of its images"),
@@ -139,8 +142,8 @@ FAULTS = {
         "If(self.sink.valid,\n                [getattr(header", "is the map's"),
 }
 
-#: Clocks until a fault shows, if not 16.
-CLOCKS = {border: 32, message_buffer: 22, crossing_reset: 28}
+#: Clocks until a fault shows, if not 16. A bounded proof has to find its faults in the clocks that it checks.
+CLOCKS = {border: 32} | {task.make: task.clocks for task in TASKS if not task.induction}
 
 
 @pytest.mark.long
@@ -150,6 +153,14 @@ def test_a_fault_is_found(fault: str) -> None:
     make, module, core, old, new, broken = FAULTS[fault]
     verdict = decide(make(getattr(altered(module, old, new), core)), CLOCKS.get(make, 16))
     assert any(broken in name for name in verdict.failed), verdict.failed
+
+
+def test_a_bounded_proof_that_ends_too_early_is_refused() -> None:
+    """Promises are checked for as many clocks as what must be possible needs, or hold always."""
+    Task("enough", pair_gate, 11, cover=11)
+    Task("by induction", pair_gate, 11, 1, 16)
+    with pytest.raises(ValueError, match="too few: promises are checked for 11 clocks, but .* is sought for 12"):
+        Task("too few", pair_gate, 11, cover=12)
 
 
 CREDITS = {

@@ -3,13 +3,28 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Random settings."""
+"""Random settings, at and around every limit of their ranges."""
 
 from __future__ import annotations
 
-import numpy as np
+from litestereo.host_tools.core.settings import MatcherSettings, from_number
 
-from litestereo.host_tools.core.settings import MatcherSettings
+from .limits import Draws, Rng, setting_ranges
+
+#: Values for maps with disparities, which most values of these settings have not: see `Draws`.
+USUAL = {
+    "min_disparity":     [0, 0, 0, 1, 5, 40],
+    "texture_threshold": [0, 10, 200, 1500],
+    "uniqueness_ratio":  [0, 1, 5, 15, 40],
+    "disp12_max_diff":   [-1, 0, 1, 2, 10],
+}
+
+#: Largest cap for which cv2.StereoBM's left-right check has correct costs.
+LARGEST_CAP_WITH_CHECK = 31
+
+
+#: Largest block and most disparities, unless a test has its own device.
+SMALL_DEVICE = {"block_size": 21, "disparities": 64}
 
 
 class UncheckedSettings(MatcherSettings):
@@ -19,33 +34,52 @@ class UncheckedSettings(MatcherSettings):
         """Check nothing."""
 
 
-def drawn_settings(rng: np.random.Generator, largest_block: int = 21, largest_range: int = 64,
-                   min_disparity: int | None = None) -> MatcherSettings:
-    """Draw settings from the whole range that OpenCV computes without an error."""
-    wide = rng.random() < 0.3
-    make = MatcherSettings if min_disparity is None or min_disparity >= 0 else UncheckedSettings
-    return make(
-        disparities       = int(rng.integers(1, largest_range // 16 + 1))*16,
-        block_size        = int(rng.integers(2, largest_block // 2 + 1))*2 + 1,
-        min_disparity     = int(rng.choice([0, 0, 0, 1, 5, 40]) if min_disparity is None else min_disparity),
-        prefilter_cap     = int(rng.integers(32, 64) if wide else rng.integers(1, 32)),
-        texture_threshold = int(rng.choice([0, 10, 200, 1500])),
-        uniqueness_ratio  = int(rng.choice([0, 1, 5, 15, 40, 100])),
-        disp12_max_diff   = -1 if wide else int(rng.choice([-1, 0, 1, 2, 10])),
-    )
+class SettingDraws(Draws):
+    """Draw settings from the whole range of the gateware, which is wider than that of OpenCV.
+
+    Parameters
+    ----------
+    rng
+        It seeds the draws.
+    most
+        Narrower ranges of some settings, as a device has them.
+    """
+    def __init__(self, rng: Rng, **most: int) -> None:
+        super().__init__(rng, setting_ranges(**SMALL_DEVICE | most), USUAL)
+
+    def settings(self) -> MatcherSettings:
+        """Draw settings."""
+        return _settings({name: self(name) for name in self.ranges})
 
 
-def any_settings(rng: np.random.Generator, largest_block: int = 21, largest_range: int = 64) -> MatcherSettings:
-    """Draw settings from the whole range of the gateware, which is wider than that of OpenCV."""
-    return MatcherSettings(
-        disparities       = int(rng.integers(1, largest_range // 16 + 1))*16,
-        block_size        = int(rng.integers(2, largest_block // 2 + 1))*2 + 1,
-        min_disparity     = int(rng.choice([0, 0, 1, 7, 30])),
-        prefilter         = str(rng.choice(["xsobel", "none"])),
-        prefilter_cap     = int(rng.integers(1, 64)),
-        texture_threshold = int(rng.choice([0, 10, 200, 1500])),
-        uniqueness_ratio  = int(rng.integers(0, 101)),
-        disp12_max_diff   = int(rng.choice([-1, 0, 1, 5, 254])),
-        subpixel          = bool(rng.integers(2)),
-        median            = bool(rng.integers(2)),
-    )
+class OpenCVDraws(Draws):
+    """Draw settings from the whole range that cv2.StereoBM has, and computes without an error.
+
+    Parameters
+    ----------
+    rng
+        It seeds the draws.
+    fixed_min_disparity
+        Smallest disparity, if it is not drawn; negative ones are none of a device's.
+    most
+        Narrower ranges of some settings, as a device has them.
+    """
+    def __init__(self, rng: Rng, fixed_min_disparity: int | None = None, **most: int) -> None:
+        ranges = setting_ranges(**SMALL_DEVICE | most)
+        absent = {"prefilter", "subpixel", "median"} | ({"min_disparity"} if fixed_min_disparity is not None else set())
+        super().__init__(rng, {name: one for name, one in ranges.items() if name not in absent},
+                         USUAL | {"prefilter_cap": range(1, LARGEST_CAP_WITH_CHECK + 1)})
+        self._fixed = {} if fixed_min_disparity is None else {"min_disparity": fixed_min_disparity}
+
+    def settings(self) -> MatcherSettings:
+        """Draw settings."""
+        numbers  = self._fixed | {name: self(name) for name in self.ranges if name != "disp12_max_diff"}
+        numbers |= {"disp12_max_diff": self("disp12_max_diff") if numbers["prefilter_cap"] <= LARGEST_CAP_WITH_CHECK
+                    else -1}
+        return _settings(numbers)
+
+
+def _settings(numbers: dict[str, int]) -> MatcherSettings:
+    """Return settings by the numbers that the protocol has for them."""
+    make = MatcherSettings if numbers["min_disparity"] >= 0 else UncheckedSettings
+    return make(**{name: from_number(name, number) for name, number in numbers.items()})

@@ -16,6 +16,7 @@ from litestereo.host_tools.core.settings import MatcherSettings
 from litestereo.host_tools.devices.base import Pair
 from support.expected import expected_map
 from support.pairs import textured_pair
+from support.settings import SettingDraws
 
 from .soc import MATCHER
 
@@ -32,28 +33,23 @@ class Batch:
     maps:     list[NDArray[np.int16]]
 
 
-def _settings(rng: np.random.Generator) -> MatcherSettings:
-    return MatcherSettings(
-        disparities       = 16,
-        block_size        = int(rng.choice([5, 7, 9])),
-        min_disparity     = int(rng.choice([0, 0, 1, 7])),
-        prefilter         = str(rng.choice(["xsobel", "none"])),
-        prefilter_cap     = int(rng.integers(1, 64)),
-        texture_threshold = int(rng.choice([0, 10, 200])),
-        uniqueness_ratio  = int(rng.integers(0, 101)),
-        disp12_max_diff   = int(rng.choice([-1, 0, 1, 5])),
-        subpixel          = bool(rng.integers(2)),
-        median            = bool(rng.integers(2)),
-    )
+class BatchDraws(SettingDraws):
+    """Draw batches for the soaked matcher."""
 
+    def __init__(self, rng: np.random.Generator) -> None:
+        super().__init__(rng, block_size=MATCHER.max_block_size, disparities=MATCHER.disparities,
+                         min_disparity=MATCHER.max_width - MATCHER.disparities - MATCHER.max_block_size + 1)
+        self.pixels = rng
 
-def drawn_batch(rng: np.random.Generator, count: int) -> Batch:
-    """Draw pairs of sizes from the smallest that the settings allow to the largest of the soaked matcher."""
-    settings = _settings(rng)
-    least    = settings.minimum_size
-    pairs    = []
-    for _ in range(count):
-        most          = (MATCHER.max_width, LARGE_ROWS) if rng.random() < 0.1 else (MOST_COLUMNS, MOST_ROWS)
-        width, height = (int(rng.integers(*ends)) for ends in zip(least, (most[0] + 1, most[1] + 1), strict=True))
-        pairs.append(textured_pair(width, height, rng, int(rng.integers(1, 20))))
-    return Batch(settings, pairs, [expected_map(*pair, settings) for pair in pairs])
+    def batch(self, count: int) -> Batch:
+        """Draw pairs of sizes from the smallest that the settings allow to the largest of the soaked matcher."""
+        settings = self.settings()
+        least    = settings.minimum_size
+        pairs    = []
+        for _ in range(count):
+            usual = (max(MOST_COLUMNS, least[0]), MOST_ROWS)
+            most  = (MATCHER.max_width, LARGE_ROWS) if self.pixels.random() < 0.1 else usual
+            width, height = (int(self.pixels.integers(*ends))
+                             for ends in zip(least, (most[0] + 1, most[1] + 1), strict=True))
+            pairs.append(textured_pair(width, height, self.pixels, int(self.pixels.integers(1, 20))))
+        return Batch(settings, pairs, [expected_map(*pair, settings) for pair in pairs])

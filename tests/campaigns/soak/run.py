@@ -19,7 +19,7 @@ from litestereo.host_tools.devices.connect import connect
 from litestereo.host_tools.link.settings import LinkSettings
 
 from .device import Machine
-from .frames import Batch, drawn_batch
+from .frames import Batch, BatchDraws
 
 #: Attempts at a pair until it counts as lost.
 MOST_TRIES = 30
@@ -58,6 +58,7 @@ class Host:
     def __init__(self, machine: Machine, rng: np.random.Generator, tick: Callable[[Tally], None]) -> None:
         self.machine = machine
         self.rng     = rng
+        self.draws   = BatchDraws(rng)
         self.tick    = tick
         self.tally   = Tally()
         self.gone:     list[Device]  = []
@@ -67,7 +68,7 @@ class Host:
     def run(self, frames: int) -> Tally:
         """Match batches until there are `frames` maps; end early if a map is wrong or a pair is lost."""
         while self.tally.frames < frames and not self.tally.wrong and not self.tally.lost:
-            batch = drawn_batch(self.rng, int(self.rng.integers(1, MOST_PAIRS + 1)))
+            batch = self.draws.batch(int(self.rng.integers(1, MOST_PAIRS + 1)))
             self._surprise(batch)
             self._match(batch)
         self._close()

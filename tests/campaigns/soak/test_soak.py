@@ -15,7 +15,7 @@ import pytest
 
 from campaigns.soak import run
 from campaigns.soak.device import machine
-from campaigns.soak.frames import drawn_batch
+from campaigns.soak.frames import BatchDraws
 from support.pairs import SEED
 
 pytestmark = pytest.mark.skipif(not all(map(shutil.which, ("clang", "verilator"))),
@@ -50,11 +50,13 @@ def test_soak_of_a_matcher_with_its_own_clock():
 @pytest.mark.long
 def test_a_wrong_map_is_found(monkeypatch):
     """A difference in one pixel of one expected map is found."""
-    def altered(rng, count):
-        batch = drawn_batch(rng, count)
+    drawn = BatchDraws.batch
+
+    def altered(draws, count):
+        batch = drawn(draws, count)
         batch.maps[-1][-1, -1] += 1
         return batch
-    monkeypatch.setattr(run, "drawn_batch", altered)
+    monkeypatch.setattr(BatchDraws, "batch", altered)
     with machine(SEED) as running:
         assert soaked(running, 100).wrong == 1
 

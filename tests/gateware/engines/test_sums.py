@@ -14,6 +14,7 @@ from litestereo.gateware.engines.sad.block_sum import BlockSum
 from litestereo.gateware.engines.sad.column_sum import ColumnSum
 from support.core_bench import SMALL, CoreBench
 from support.lanes import steps
+from support.limits import Range
 from support.pairs import generator
 
 LANES, LARGEST = SMALL.lanes, SMALL.largest_pixel
@@ -43,7 +44,7 @@ def test_column_sum(block_size, valid):
     rng   = generator(3, block_size)
     bench = CoreBench(ColumnSum(SMALL), lanes={"sums": LANES})
     for height, columns, place in cost_steps(rng, block_size):
-        enter = rng.choice([0, LARGEST, *range(LARGEST + 1)], (height, columns, LANES))
+        enter = rng.choice([*Range(0, LARGEST).limits, *range(LARGEST + 1)], (height, columns, LANES))
         enter[:, :, 0] = LARGEST
         leave = rng.integers(0, LARGEST + 1, enter.shape)  # Before row block_size the line buffer may return anything.
         leave[block_size:] = enter[:max(0, height - block_size)]
@@ -61,8 +62,9 @@ def test_block_sum(block_size, valid):
     rng   = generator(4, block_size)
     bench = CoreBench(BlockSum(SMALL), ["block_size"], lanes={"costs": LANES})
     for height, columns, place in cost_steps(rng, block_size):
-        sums = rng.integers(0, SMALL.max_block_size*LARGEST + 1, (height, columns, LANES))
-        sums[:, :, 0] = SMALL.max_block_size*LARGEST
+        most = SMALL.max_block_size*LARGEST
+        sums = rng.choice([*Range(0, most).limits, *rng.integers(0, most + 1, 50)], (height, columns, LANES))
+        sums[:, :, 0] = most
         bench.set(block_size=block_size)
         items = {"sums": sums.reshape(-1, LANES)} | place
         bench.interrupt(items, clock=int(rng.integers(2, height*columns)))

@@ -13,6 +13,7 @@ import random
 import pytest
 
 from litestereo.host_tools.protocol.messages import CHUNK_BYTES
+from support.limits import BLOCK, Draws, Range
 from support.link_bench import (
     MAILBOX_BASE,
     MEMORY_BYTES,
@@ -43,6 +44,7 @@ class Hostile:
     """Makes almost valid datagrams, and knows the memory that must result."""
     def __init__(self, rng: random.Random, memory: bytes) -> None:
         self.rng    = rng
+        self.draws  = Draws(rng, {"pixels": Range(1, 10*CHUNK_BYTES), "streamed": Range(1, 6*CHUNK_BYTES)})
         self.memory = bytearray(memory)
         self.known  = bytearray(b"\1"*len(memory))          # 0: any value is allowed.
         self.known[MAILBOX_BASE:MAILBOX_BASE + MAILBOX_BYTES] = bytes(MAILBOX_BYTES)
@@ -51,7 +53,7 @@ class Hostile:
 
     def reopen(self, slot: int) -> tuple[int, int]:
         """Open another frame in the slot."""
-        self.open[slot]    = (self.rng.randrange(1, 9)*SLOTS + slot, self.rng.randint(1, 10*CHUNK_BYTES))
+        self.open[slot]    = (self.rng.randrange(1, 9)*SLOTS + slot, self.draws("pixels"))
         self.arrived[slot] = set()
         return self.open[slot]
 
@@ -122,7 +124,7 @@ def test_nothing_is_written_but_chunks():
         link.open(slot, frame_id, pixels)
     streamed = 0
     for done in range(0, DATAGRAMS, BATCH):
-        link.open_stream(STREAMED, rng.randint(1, 6*CHUNK_BYTES))
+        link.open_stream(STREAMED, hostile.draws("streamed"))
         link.receive([hostile.datagram() for _ in range(BATCH)], 0.2, seed=done, settle=600)
         link.set(consumed=link.get("produced"))
         streamed += link.get("offset")
@@ -139,6 +141,8 @@ def test_nothing_is_written_but_chunks():
     assert counters["datagrams_received"] == -(-DATAGRAMS//BATCH)*BATCH
     assert counters["datagrams_overrun"] == 0
     assert streamed > 0
+    if DATAGRAMS >= BLOCK*BATCH:
+        hostile.draws.check()
     assert all(counters[name] > 0
                for name in ("datagrams_malformed", "uploads_foreign", "uploads_unfit", "chunks_repeated"))
 

@@ -21,7 +21,7 @@ from litestereo.sim.models.stereo_bm import stereo_bm
 from support.data import FOLDERS, stereo_pair
 from support.image_pairs import awkward_pairs
 from support.pairs import generator, textured_pair
-from support.settings import any_settings
+from support.settings import SettingDraws
 
 MAX_WIDTH, DISPARITIES, MAX_BLOCK = 1024, 64, 21
 
@@ -51,15 +51,17 @@ def check(matcher, left, right, settings, **flow):
 @pytest.mark.long
 def test_awkward_images(matcher):
     """Any settings, ties, saturation and stripes, with gaps on both sides, give the model's map."""
-    rng = generator(30)
+    rng   = generator(30)
+    draws = SettingDraws(rng)
     for number in range(40):
-        settings      = any_settings(rng)
+        settings      = draws.settings()
         width, height = (size + int(extra) for size, extra in zip(settings.minimum_size, rng.integers(0, (40, 12)),
                                                                   strict=True))
         for name, left, right in awkward_pairs(rng, width, height):
             print(name, width, height)
             valid, ready = rng.choice([1.0, 0.7, 0.3], 2)
             check(matcher, left, right, settings, valid=valid, ready=ready, seed=number)
+    draws.check()
 
 
 @pytest.mark.parametrize("name", FOLDERS)
@@ -115,14 +117,17 @@ def test_frames_back_to_back(matcher):
 
 def test_reset_in_mid_frame(matcher):
     """After a reset at any clock, of all or of the matcher alone, the next frame is correct, with any settings."""
-    rng = generator(34)
+    rng   = generator(34)
+    given_up, whole = (SettingDraws(rng, min_disparity=130 - DISPARITIES - MAX_BLOCK + 1) for _ in range(2))
     for number in range(40):
         left, right = textured_pair(130, 30, rng)
-        matcher.core.set(**signals(130, 30, any_settings(rng)))
+        matcher.core.set(**signals(130, 30, given_up.settings()))
         matcher.core.run(pixel_words(left, right), 3900, valid=0.8, ready=0.8, seed=1,
                          reset_clock=int(rng.integers(1, 6500)))
         (matcher.core.reset if number % 2 else matcher.give_up)()
-        check(matcher, left, right, any_settings(rng))
+        check(matcher, left, right, whole.settings())
+    given_up.check()
+    whole.check()
 
 
 @pytest.mark.long

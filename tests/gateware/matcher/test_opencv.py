@@ -17,7 +17,7 @@ from support.data import PAIRS, stereo_pair
 from support.image_pairs import awkward_pairs
 from support.opencv import same_as_opencv
 from support.pairs import generator
-from support.settings import drawn_settings
+from support.settings import OpenCVDraws
 
 #: Number of drawn settings; `make sweep` draws more.
 SETTINGS = int(os.environ.get("LITESTEREO_SETTINGS", "200"))
@@ -58,10 +58,10 @@ def test_data_sets(matchers, name, part):
     The first settings run on a matcher with all disparities, the others on one with just those of the settings: fewer
     disparities take less time.
     """
-    pair = stereo_pair(name)
-    rng  = generator(70, part)
+    pair  = stereo_pair(name)
+    draws = OpenCVDraws(generator(70, part))
     for _ in range(-(-SETTINGS//(PARTS*10 if name in LARGE_PAIRS else PARTS))):
-        settings      = drawn_settings(rng)
+        settings      = draws.settings()
         matcher       = matchers[LARGEST if part == 0 else settings.disparities]
         disparity, *_ = matcher.match_settings(pair.left, pair.right, settings)
         same_as_opencv(disparity, pair.left, pair.right, settings)
@@ -70,9 +70,10 @@ def test_data_sets(matchers, name, part):
 def test_awkward_images(matchers):
     """Constant, saturated and striped images, single pixels and ties give OpenCV's map: five images per setting."""
     rng    = generator(71)
+    draws  = OpenCVDraws(rng)
     images = 0
     while images < 5*SETTINGS:
-        settings = drawn_settings(rng)
+        settings = draws.settings()
         width    = settings.minimum_size[0] + int(rng.integers(0, 40))
         height   = settings.block_size + 1 + int(rng.integers(0, 12))
         for name, left, right in awkward_pairs(rng, width, height):
@@ -80,3 +81,4 @@ def test_awkward_images(matchers):
             disparity, *_ = matchers[LARGEST].match_settings(left, right, settings)
             same_as_opencv(disparity, left, right, settings)
             images += 1
+    draws.check()

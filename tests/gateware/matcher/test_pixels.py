@@ -21,12 +21,18 @@ from litestereo.gateware.matcher.raster import Raster
 from litestereo.sim.models.stages import prefilter_xsobel
 from support.core_bench import SMALL, CoreBench
 from support.lanes import steps
+from support.limits import Draws, Range, setting_ranges
 from support.pairs import generator
 
 DISPARITIES = SMALL.disparities
 
-#: Width, height, block size, smallest disparity, columns outside the valid region; the smallest sizes included.
-FRAMES = [(20, 5, 5, 0, 0), (24, 9, 9, 0, 4), (44, 13, 5, 3, 2), (37, 12, 7, 0, 3), (44, 10, 9, 10, 0)]
+#: Values of a pixel that are drawn as often as any other one.
+PIXELS = [*Range(0, 255).limits, *range(256)]
+
+#: Width, height, block size, smallest disparity, columns outside the valid region; the smallest sizes included, the
+#: smallest and the largest width, each with the largest smallest disparity that has room in it.
+FRAMES = [(20, 5, 5, 0, 0), (24, 9, 9, 0, 4), (44, 13, 5, 3, 2), (37, 12, 7, 0, 3), (44, 10, 9, 10, 0),
+          (21, 6, 5, 1, 0), (43, 6, 5, 23, 2), (44, 5, 5, 24, 0), (44, 9, 9, 20, 4)]
 
 
 def place_pixels(place, images):
@@ -88,14 +94,14 @@ def test_raster_heeds_credit():
 
 
 @pytest.mark.parametrize("valid", [1.0, 0.4])
-@pytest.mark.parametrize("cap", [1, 31, 63])
+@pytest.mark.parametrize("cap", [*setting_ranges()["prefilter_cap"].ends, 31, 32])
 def test_prefilter(cap, valid):
     """Odd and even heights and hard edges are exact, and so are the grey values where the filter is off."""
     rng   = generator(7, cap)
     bench = CoreBench(Prefilter(SMALL), ["xsobel", "cap"])
     for number, (width, height, block_size, min_disparity, outer) in enumerate(FRAMES):
         place  = steps(width, height, DISPARITIES, block_size, min_disparity, outer)
-        images = {name: rng.choice([0, 10, 255, *range(256)], (height, width)).astype(np.uint8)
+        images = {name: rng.choice(PIXELS, (height, width)).astype(np.uint8)
                   for name in ("left", "right")}
         images["left"][:, ::2] = 255*(number % 2)
         pixels = place_pixels(place, images)
@@ -154,11 +160,12 @@ def test_absolute_difference(valid):
     rng   = generator(2)
     count = DISPARITIES + 1
     bench = CoreBench(AbsoluteDifference(SMALL), ["cap"], lanes={"enter": count, "leave": count})
-    for width, height, block_size, min_disparity, outer in FRAMES:
+    draws = Draws(rng, {"prefilter_cap": setting_ranges()["prefilter_cap"]})
+    for width, height, block_size, min_disparity, outer in FRAMES[:5] + FRAMES[:1]*8:
         place  = steps(width, height, DISPARITIES, block_size, min_disparity, outer)
-        pixels = {name: rng.choice([0, 1, 127, 128, 254, 255, *range(256)], len(place["take"]))
+        pixels = {name: rng.choice(PIXELS, len(place["take"]))
                   for name in ("left", "right", "left_old", "right_old")}
-        cap    = int(rng.integers(1, 64))
+        cap    = draws("prefilter_cap")
         bench.set(cap=cap)
         bench.interrupt(pixels | place, clock=int(rng.integers(2, width*height)))
         costs = np.flatnonzero(place["cost"])
@@ -175,3 +182,4 @@ def test_absolute_difference(valid):
             magnitude, negative = out[field] % 2**SMALL.filtered_bits, out[field] >> SMALL.filtered_bits
             assert np.array_equal(magnitude + negative, expected), field
         assert np.array_equal(out["cost_column"], place["cost_column"][costs])
+    draws.check()

@@ -13,6 +13,7 @@ import struct
 import pytest
 
 from litestereo.host_tools.protocol.messages import CHUNK_BYTES, MAX_MESSAGE_BYTES, Message, MessageType
+from support.limits import Range
 from support.link_bench import (
     MAILBOX_BASE,
     MAX_CHUNKS,
@@ -73,7 +74,7 @@ def test_chunks_in_any_order_and_twice(link, pixels):
 
 def test_all_slots_at_once(link):
     rng    = byte_generator()
-    sizes  = {slot: rng.randint(1, 12*CHUNK_BYTES) for slot in range(SLOTS)}
+    sizes  = dict(enumerate(rng.sample(Range(1, 12*CHUNK_BYTES).ends, SLOTS)))
     frames = {slot: frame(rng, pixels) for slot, pixels in sizes.items()}
     for slot, pixels in sizes.items():
         link.open(slot, 100 + slot, pixels)

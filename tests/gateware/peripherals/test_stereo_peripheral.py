@@ -7,6 +7,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 from litedram.common import LiteDRAMNativePort
@@ -14,7 +16,9 @@ from litex.gen import LiteXModule
 from litex.soc.interconnect import wishbone
 from migen import ClockDomain, Signal
 
-from litestereo.gateware.common.parameters import FEATURES, MatcherParameters
+from litestereo.gateware.common.parameters import FEATURES, MIN_BLOCK_SIZE, MatcherParameters
+from litestereo.gateware.common.settings import MAX_HEIGHT
+from litestereo.gateware.common.settings import SETTINGS as TABLE
 from litestereo.gateware.matcher.frame_settings import NO_CHECK, frame_settings
 from litestereo.gateware.peripherals.stereo_crossing import StereoPeripheralCrossing
 from litestereo.gateware.peripherals.stereo_peripheral import (
@@ -24,11 +28,13 @@ from litestereo.gateware.peripherals.stereo_peripheral import (
     ERROR_NONE,
     StereoPeripheral,
 )
-from litestereo.host_tools.core.settings import MatcherSettings
+from litestereo.host_tools.core.settings import MatcherSettings, from_number
 from litestereo.sim.cores.pin_core import PinCore
 from litestereo.sim.models.stereo_bm import stereo_bm
+from support.limits import Range, setting_ranges
 from support.memory import Memory, port_pins, slave
 from support.pairs import byte_generator, textured_pair
+from support.settings import SettingDraws
 
 MAX_WIDTH, DISPARITIES, MAX_BLOCK = 48, 16, 9
 MEMORY_BYTES = 1 << 15
@@ -109,6 +115,8 @@ class Bench:
             inputs  |= more_inputs
             outputs |= more_outputs
         self.rng    = rng
+        self.draws  = SettingDraws(rng, block_size=MAX_BLOCK, disparities=DISPARITIES,
+                                   min_disparity=MAX_WIDTH - DISPARITIES - MIN_BLOCK_SIZE + 1)
         self.core   = PinCore(top, inputs, outputs)
         self.memory = Memory(MEMORY_BYTES, dut.alignment, rng)
         self.slaves = [slave(self.core, name, port, self.memory) for name, port in ports.items()]
@@ -155,20 +163,10 @@ class Bench:
         self.memory.fail_after = 0
 
     def draw(self, width, block_size):
-        """Draw any settings that suit the size."""
-        room = width - DISPARITIES - block_size + 1
-        return MatcherSettings(
-            disparities       = DISPARITIES,
-            block_size        = block_size,
-            min_disparity     = self.rng.randint(0, min(room, 3)),
-            prefilter         = self.rng.choice(["xsobel", "none"]),
-            prefilter_cap     = self.rng.randint(1, 63),
-            texture_threshold = self.rng.choice([0, 300]),
-            uniqueness_ratio  = self.rng.choice([0, 20]),
-            disp12_max_diff   = self.rng.choice([-1, 0, 2]),
-            subpixel          = self.rng.random() < 0.5,
-            median            = self.rng.random() < 0.5,
-        )
+        """Draw any settings that suit the size: what is too large for the width becomes its largest."""
+        settings = self.draws.settings()
+        room     = width - DISPARITIES - block_size + 1
+        return dataclasses.replace(settings, block_size=block_size, min_disparity=min(settings.min_disparity, room))
 
     def begin(self, width, height, block_size=5, changes=None, settings=None):
         """Write a pair to memory and start; return the expected map and its address."""
@@ -279,6 +277,7 @@ def test_sizes(bench):
         for size in SIZES:
             bench.check_frame(*size)
     assert bench.core.get("frames") == 3*len(SIZES)
+    bench.draws.check()
 
 
 def test_counts_clocks(bench):
@@ -465,13 +464,18 @@ def check_refused(bench, changes):
     bench.check_frame(30, 8)
 
 
-@pytest.mark.parametrize("changes", [
-    {"width": 0}, {"width": 19}, {"width": MAX_WIDTH + 1}, {"width": 0xffff}, {"height": 0}, {"height": 4},
-    {"height": 4096}, {"disparities": 0}, {"disparities": 8}, {"disparities": 32}, {"block_size": 0}, {"block_size": 3},
-    {"block_size": 4}, {"block_size": 6}, {"block_size": 11}, {"left_base": 2}, {"right_base": 129},
-    {"disparity_base": 1}, {"min_disparity": 11}, {"min_disparity": 255}, {"prefilter_cap": 0},
-    {"uniqueness_ratio": 101},
-], ids=str)
+#: Ranges of the registers for a frame of 30 x 8 pixels, as its width and height narrow them; then those of its size.
+#: The check's register has no illegal value: 255 is off.
+FRAME_RANGES = setting_ranges(disparities=DISPARITIES, block_size=7, min_disparity=30 - DISPARITIES - 5 + 1)
+SIZE_RANGES  = {"width": Range(DISPARITIES + 5 - 1, MAX_WIDTH), "height": Range(5, MAX_HEIGHT)}
+
+ILLEGAL  = [{name: value} for name, one in SIZE_RANGES.items() for value in one.beyond(0, 0xffff)]
+ILLEGAL += [{one.name: value} for one in TABLE if not one.option and one.register_off is None
+            for value in FRAME_RANGES[one.name].beyond(0, 2**one.bits - 1)]
+ILLEGAL += [{"disparities": 8}, {"left_base": 2}, {"right_base": 129}, {"disparity_base": 1}, {"disparity_base": 131}]
+
+
+@pytest.mark.parametrize("changes", ILLEGAL, ids=str)
 def test_bad_settings(changes):
     """Bad settings are refused before any access to memory, and the next frame is correct."""
     bench = Bench("wishbone-32", byte_generator(21, str(changes)))
@@ -490,13 +494,23 @@ def test_another_height(kind):
             StereoPeripheral(*PORTS[kind](), parameters)
 
 
-def test_limits_of_settings():
-    """The largest values are accepted."""
+@pytest.mark.parametrize("name", FRAME_RANGES)
+def test_limits_of_settings(name):
+    """Values at every limit of a setting are accepted, and give the model's map."""
+    bench = Bench("wishbone-32", byte_generator(23, name))
+    for value in FRAME_RANGES[name].limits:
+        settings         = dataclasses.replace(PLAIN, **{name: from_number(name, value)})
+        expected, places = bench.begin(30, 8, settings=settings)
+        assert bench.end() == ["done"], settings
+        assert np.array_equal(bench.map_at(places[2], expected.shape), expected), settings
+    bench.core.close()
+
+
+def test_an_unused_cap():
+    """Without prefilter its cap may have any value, even an illegal one."""
     bench = Bench("wishbone-32", byte_generator(23))
-    for changes in ({"min_disparity": 10}, {"prefilter_cap": 63}, {"uniqueness_ratio": 100}, {"disp12_max_diff": 254},
-                    {"texture_threshold": 0xfffff}, {"prefilter_cap": 0, "xsobel": 0}):
-        bench.begin(30, 8, changes=changes, settings=PLAIN)
-        assert bench.end() == ["done"], changes
+    bench.begin(30, 8, changes={"prefilter_cap": 0, "xsobel": 0}, settings=PLAIN)
+    assert bench.end() == ["done"]
     bench.core.close()
 
 

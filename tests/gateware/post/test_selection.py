@@ -21,7 +21,10 @@ from litestereo.gateware.post.selection.uniqueness import CostLimit, Uniqueness,
 from litestereo.gateware.post.selection.winner import Winner
 from litestereo.sim.models import stages
 from support.core_bench import CoreBench
+from support.limits import Range, setting_ranges
 from support.pairs import generator
+
+RATIOS, THRESHOLDS = (setting_ranges()[name] for name in ("uniqueness_ratio", "texture_threshold"))
 
 
 def parameters(disparities, features=FEATURES):
@@ -34,6 +37,7 @@ def drawn_costs(rng, count, lanes, most):
     costs       = rng.integers(0, most + 1, (count, lanes))
     few         = count//3
     costs[:few] = rng.choice([0, 1, 2, 3, most - 1, most], (few, lanes))
+    costs[few:few + 30] = rng.choice(Range(0, most).limits, (30, lanes))
     # Smooth costs, as of real images, whose winner may be unique.
     centre      = rng.integers(0, lanes, (few, 1))
     costs[-few:] = np.minimum(most, np.abs(np.arange(lanes) - centre)*rng.integers(0, 40, (few, 1))
@@ -78,8 +82,9 @@ def test_cost_limit(max_block_size):
     built = MatcherParameters(max_width=128, disparities=16, max_block_size=max_block_size)
     most  = built.max_block_size**2*built.largest_pixel
     bench = CoreBench(CostLimit(built), ["ratio"])
-    for ratio in range(101):
-        costs = np.concatenate([np.arange(102), most - np.arange(102), rng.integers(0, most + 1, 300)])
+    for ratio in range(RATIOS.least, RATIOS.most + 1):
+        costs = np.concatenate([np.arange(102), most - np.arange(102), Range(0, most).limits,
+                                rng.integers(0, most + 1, 300)])
         bench.set(ratio=ratio)
         assert np.array_equal(bench.run({"cost": costs}, len(costs))["limit"], costs + costs*ratio//100), ratio
 
@@ -92,7 +97,7 @@ def test_uniqueness(disparities):
     most  = built.max_block_size**2*built.largest_pixel
     bench = CoreBench(Uniqueness(built), ["disparities"])
     for used in sorted({16, disparities}):
-        for ratio in (1, 5, 50, 100):
+        for ratio in (*RATIOS.ends[1:], 5, 50):
             costs       = drawn_costs(rng, 300, disparities, most)
             index, cost = stages.winners(costs[:, :used].T)
             bench.set(disparities=used)
@@ -119,7 +124,7 @@ def test_subpixel():
     most  = built.max_block_size**2*built.largest_pixel
     bench = CoreBench(Subpixel(built), ["disparities", "enable"])
     count = 4000
-    cost  = rng.choice([0, 1, most//2, most - 1, *rng.integers(0, most, 50)], count)
+    cost  = rng.choice([*Range(0, most).limits, most//2, *rng.integers(0, most, 50)], count)
     below, above = (np.minimum(most, cost + rng.choice([0, 1, 2, 3, most, *rng.integers(0, most, 50)], count))
                     for _ in range(2))
     index = rng.integers(0, 16, count)
@@ -170,9 +175,11 @@ def test_whole_selection(features, valid):
     built = parameters(32, features)
     most  = built.max_block_size**2*built.largest_pixel
     bench = CoreBench(Selection(built), ["disparities", "texture_threshold", "uniqueness_ratio", "subpixel"])
-    for used, threshold, ratio, fine in [(32, 0, 0, 1), (16, 200, 10, 1), (32, 60, 100, 0), (32, 2**20 - 1, 1, 1)]:
+    cases = [(32, 0, 0, 1), (16, 200, 10, 1), (32, 60, 100, 0), (32, 1, 99, 0), (16, most, 1, 1), (32, most + 1, 15, 1)]
+    cases += [(32, threshold, ratio, 1) for threshold, ratio in zip(THRESHOLDS.ends, RATIOS.ends, strict=True)]
+    for used, threshold, ratio, fine in cases:
         costs    = drawn_costs(rng, 400, 32, most)
-        texture  = rng.choice([0, 59, 60, 199, 200, most], len(costs))
+        texture  = rng.choice([0, 1, 59, 60, 199, 200, most - 1, most], len(costs))
         complete = rng.integers(0, 2, len(costs))
         lanes    = np.column_stack([costs, texture]) if "texture" in features else costs
         bench.set(disparities=used, texture_threshold=threshold, uniqueness_ratio=ratio, subpixel=fine)

@@ -21,7 +21,7 @@ from litestereo.host_tools.devices.stereo_bm import PREFILTER_NORMALIZED_RESPONS
 from support.devices import device_without
 from support.opencv import defined_region
 from support.pairs import generator, textured_pair
-from support.settings import drawn_settings
+from support.settings import OpenCVDraws
 
 
 def test_it_has_the_methods_and_the_defaults_of_cv2():
@@ -48,9 +48,10 @@ def test_it_has_the_methods_and_the_defaults_of_cv2():
 
 def test_it_computes_what_cv2_computes():
     """One changed line: everything after it is the same for both."""
-    rng = generator(45)
+    rng   = generator(45)
+    draws = OpenCVDraws(rng, block_size=15, disparities=48)
     for _ in range(40):
-        settings    = drawn_settings(rng, largest_block=15, largest_range=48)
+        settings    = draws.settings()
         width       = settings.minimum_size[0] + int(rng.integers(30, 60))
         left, right = textured_pair(width, settings.block_size + 20, rng, int(rng.integers(1, 12)))
         # Smooth images have larger islands.
@@ -70,6 +71,7 @@ def test_it_computes_what_cv2_computes():
         region = defined_region(left.shape, settings)
         assert maps[0].dtype == maps[1].dtype == np.int16
         assert np.array_equal(maps[0][region], maps[1][region]), (settings, speckle)
+    draws.check()
 
 
 def test_an_open_device_stays_open():

@@ -6,6 +6,7 @@
 """The host tools against the real firmware over UDP: it runs on this computer, with gateware in C."""
 
 import contextlib
+import secrets
 import threading
 
 import pytest
@@ -86,6 +87,19 @@ def test_many_small_frames_on_a_bad_network(seed, frames):
     assert counted["datagrams_malformed"] <= ways[0].flipped
     assert counted["datagrams_received"] <= ways[0].carried - ways[0].lost + ways[0].duplicated
     assert counted["datagrams_overrun"] == counted["mailbox_overrun"] == 0
+
+
+@pytest.mark.parametrize("mode", ["stored", "streamed"])
+@pytest.mark.parametrize("before", [1, 3, 20])
+def test_sequences_begin_anew_at_2_32(monkeypatch, shared_url, mode, before):
+    """Frames of a session whose sequences wrap at any of its messages: in the hello, among chunks, or between parts."""
+    drawn = secrets.randbits
+    monkeypatch.setattr(secrets, "randbits", lambda bits: 2**32 - before if bits == 31 else drawn(bits))
+    sent = pairs(3, 64, 40, 75)
+    with connect(f"{shared_url}?mode={mode}") as device:
+        for result, pair in zip(device.stream(sent, SETTINGS), sent, strict=True):
+            expect(result, pair)
+        assert device.link_counters.requests + device.link_counters.chunks_sent > before
 
 
 def test_settings_that_change_on_a_bad_network():

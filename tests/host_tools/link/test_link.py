@@ -5,6 +5,7 @@
 
 """Window, time limits and retransmission of the link, against a scripted device."""
 
+import secrets
 import time
 from dataclasses import replace
 
@@ -87,6 +88,22 @@ def test_settle_time_after_hello(monkeypatch, ordered):
     assert len(sent) == 4
     assert (start - last_hello >= 0.03) == (not ordered)
     assert start >= greeted
+
+
+def test_sequences_begin_anew_at_2_32(monkeypatch):
+    """A session that begins shortly before: requests, bursts and chunks go on from 0, and every reply is accepted."""
+    monkeypatch.setattr(secrets, "randbits", lambda bits: 2**32 - 3 if bits == 31 else 7)
+    link, transport = connected(answer)
+    calls  = [link.submit(MessageType.UPLOAD, bytes([index]*4)) for index in range(5)]
+    link.wait(calls)
+    parts  = []
+    burst  = link.request_burst(MessageType.READ, payloads.pack_number(8), 1, 0, parts.append)
+    while not parts:
+        link.pump(0.1)
+    assert [call.reply.payload for call in calls] == [bytes([index]*4) for index in range(5)]
+    assert [request.sequence for request in transport.requests] == [2**32 - 3, 2**32 - 2, 2**32 - 1, 0, 1, 2, 3]
+    assert (burst, parts[0].sequence, link.next_sequence()) == (3, 3, 4)
+    assert link.counters.stale_replies == link.counters.retransmissions == 0
 
 
 def test_replies_arrive_with_their_requests():

@@ -17,9 +17,10 @@ from litestereo.sim.models import stages
 from litestereo.sim.models.stereo_bm import minimum_size, stereo_bm, used_columns
 from support.data import stereo_pair
 from support.image_pairs import awkward_pairs
+from support.limits import Draws, setting_ranges
 from support.opencv import opencv_map, same_as_opencv
 from support.pairs import generator, textured_pair
-from support.settings import UncheckedSettings, drawn_settings
+from support.settings import OpenCVDraws, UncheckedSettings
 
 
 @pytest.mark.parametrize("name", ["tsukuba", "venus", "teddy", "cones"])
@@ -27,11 +28,12 @@ def test_middlebury(name):
     """The defaults, every test switched on and off, and random settings give OpenCV's map."""
     pair  = stereo_pair(name)
     rng   = generator(60, *name.encode())
+    draws = OpenCVDraws(rng)
     cases  = [MatcherSettings(block_size=9), MatcherSettings(block_size=21)]
     cases += [MatcherSettings(block_size=9, disp12_max_diff=1)]
     cases += [MatcherSettings(48, 11, texture_threshold=0, uniqueness_ratio=0, disp12_max_diff=difference)
               for difference in (-1, 0, 2)]
-    cases += [drawn_settings(rng) for _ in range(12)]
+    cases += [draws.settings() for _ in range(12)]
     for settings in cases:
         same_as_opencv(stereo_bm(pair.left, pair.right, settings), pair.left, pair.right, settings)
 
@@ -39,23 +41,26 @@ def test_middlebury(name):
 def test_awkward_images():
     """A thousand small images give OpenCV's map: ties, saturation, stripes, single pixels, odd and even heights."""
     rng    = generator(61)
+    draws  = OpenCVDraws(rng, block_size=15, disparities=32)
     images = 0
     while images < 1000:
-        settings = drawn_settings(rng, largest_block=15, largest_range=32)
+        settings = draws.settings()
         width    = settings.minimum_size[0] + int(rng.integers(0, 40))
         height   = settings.block_size + 1 + int(rng.integers(0, 12))
         for name, left, right in awkward_pairs(rng, width, height):
             print(name, width, height)
             same_as_opencv(stereo_bm(left, right, settings), left, right, settings)
             images += 1
+    draws.check()
 
 
 def test_negative_disparities():
     """Ranges wholly and partly below zero give OpenCV's map."""
     rng = generator(62)
     for min_disparity in (-1, -7, -15, -16, -31, -32, -50):
+        draws = OpenCVDraws(rng, min_disparity, disparities=32)
         for _ in range(6):
-            settings    = drawn_settings(rng, largest_range=32, min_disparity=min_disparity)
+            settings    = draws.settings()
             width       = 130 + int(rng.integers(0, 30))
             left, right = textured_pair(width, 40, rng, int(rng.integers(1, 9)))
             same_as_opencv(stereo_bm(right, left, settings), right, left, settings)
@@ -116,10 +121,11 @@ def test_improper_images_and_prefilter():
 
 def test_without_any_extra_it_is_the_plain_model():
     """Without prefilter, tests and fractions the map is that of the sum of absolute differences."""
-    rng = generator(64)
+    rng   = generator(64)
+    draws = Draws(rng, setting_ranges(disparities=48, block_size=15))
     for _ in range(20):
-        settings    = MatcherSettings(int(rng.integers(1, 4))*16, int(rng.integers(2, 8))*2 + 1,
-                                     prefilter="none", uniqueness_ratio=0, subpixel=False)
+        settings    = MatcherSettings(draws("disparities"), draws("block_size"), prefilter="none", uniqueness_ratio=0,
+                                     subpixel=False)
         width       = settings.minimum_size[0] + int(rng.integers(0, 40))
         left, right = textured_pair(width, settings.block_size + int(rng.integers(0, 9)), rng)
         plain       = model.match(left, right, settings.disparities, settings.block_size)

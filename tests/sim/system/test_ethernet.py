@@ -33,7 +33,7 @@ from litestereo.sim.system.simulation import SYS_CLK_HZ, Stranger, start_simulat
 from support.assert_stream import check_small_frame, check_stream
 from support.expected import expected_map
 from support.pairs import byte_generator, generator, textured_pair
-from support.settings import any_settings
+from support.settings import SettingDraws
 from support.terminal import counters, typed
 from support.udp_faults import Faults
 from support.udp_proxy import udp_proxied
@@ -85,12 +85,14 @@ def test_settings_and_sizes(url):
 @pytest.mark.long
 def test_every_setting(url):
     """Each setting applies to the next frame, after any previous one."""
-    rng = generator(61)
+    rng   = generator(61)
+    draws = SettingDraws(rng, block_size=15)
     with connect(url) as device:
         for _ in range(12):
-            settings      = any_settings(rng, largest_block=15)
+            settings      = draws.settings()
             width, height = settings.minimum_size
             check_stream(device, [textured_pair(width + 9, height + 4, rng, 5)], settings)
+    draws.check()
 
 
 @pytest.mark.long

@@ -17,7 +17,7 @@ from litestereo.sim.system.simulation import start_simulation
 from support.assert_stream import check_small_frame
 from support.expected import expected_map
 from support.pairs import byte_generator, generator, textured_pair
-from support.settings import any_settings
+from support.settings import SettingDraws
 from support.terminal import counters
 from support.udp_faults import Faults
 from support.udp_proxy import udp_proxied
@@ -53,6 +53,7 @@ def growth(device, before):
 def test_frames_of_all_sizes_and_settings(device, url):
     """Without loss, nothing is sent twice, and only parts that found no room are read."""
     rng    = generator(80)
+    draws  = SettingDraws(rng, block_size=15)
     before = counters(device.port)
     chunks = 0
     with connect(f"{url}?mode=streamed") as host:
@@ -61,8 +62,8 @@ def test_frames_of_all_sizes_and_settings(device, url):
             pairs   = [textured_pair(width, height, rng, shift) for shift in (3, 9)]
             chunks += 2*-(-2*width*height // CHUNK_BYTES)
             check(host, pairs, MatcherSettings(disparities, block_size))
-        for _ in range(8):
-            settings      = any_settings(rng, largest_block=15)
+        for _ in range(12):
+            settings      = draws.settings()
             width, height = (least + more for least, more in zip(settings.minimum_size, (9, 4), strict=True))
             chunks       += -(-2*width*height // CHUNK_BYTES)
             check(host, [textured_pair(width, height, rng, 5)], settings)
@@ -71,7 +72,8 @@ def test_frames_of_all_sizes_and_settings(device, url):
     assert sent.chunks_sent == change["chunks_received"] == chunks
     assert sent.chunks_sent_again == change["chunks_repeated"] == change["uploads_unfit"] == 0
     assert change["datagrams_overrun"] == change["frames_failed"] == 0
-    assert change["frames_matched"] == change["frames_released"] == 2*4 + 8
+    assert change["frames_matched"] == change["frames_released"] == 2*4 + 12
+    draws.check()
 
 
 def test_streamed_and_stored_frames_alternate(device, url):

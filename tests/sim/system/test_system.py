@@ -29,7 +29,7 @@ from support.fault_proxy import Faults, proxied
 from support.interruptible import interruptible
 from support.opencv import same_as_opencv
 from support.pairs import generator, textured_pair
-from support.settings import any_settings, drawn_settings
+from support.settings import OpenCVDraws, SettingDraws
 
 pytestmark = pytest.mark.system
 
@@ -112,12 +112,14 @@ with connect(sys.argv[1]) as device:
 @pytest.mark.long
 def test_every_setting(url):
     """Each setting applies to the next frame, after any previous one."""
-    rng = generator(56)
+    rng   = generator(56)
+    draws = SettingDraws(rng, block_size=15)
     with connect(url) as device:
         for _ in range(12):
-            settings      = any_settings(rng, largest_block=15)
+            settings      = draws.settings()
             width, height = settings.minimum_size
             check_stream(device, [textured_pair(width + 9, height + 4, rng, 5)], settings)
+    draws.check()
 
 
 @pytest.mark.long
@@ -180,12 +182,12 @@ def test_a_real_pair(simulation, url, link):
 ])
 def test_opencv(simulation, name, count):
     """Every pixel of real pairs over Ethernet is cv2.StereoBM's, at random settings."""
-    pair = stereo_pair(name)
-    rng  = generator(55, *name.encode())
+    pair  = stereo_pair(name)
+    draws = OpenCVDraws(generator(55, *name.encode()), block_size=15)
     with connect(f"udp://127.0.0.1:{simulation.udp_port}") as device:
         if name == "tsukuba":
             check_stream(device, [(pair.left, pair.right)], MatcherSettings(16, 7, prefilter="none", subpixel=False))
-        for drawn in (drawn_settings(rng, largest_block=15) for _ in range(count)):
+        for drawn in (draws.settings() for _ in range(count)):
             (result,) = device.stream([(pair.left, pair.right)], drawn)
             same_as_opencv(result.disparity, pair.left, pair.right, drawn)
 
