@@ -17,8 +17,8 @@ import time
 from litestereo.soc.build.paths import build_directory, content_key, source_key
 from support.paths import CHECKOUT
 
-from .equivalent import EQUIVALENT
-from .mutants import Mutant, drawn, source_of
+from .explained import EQUIVALENT
+from .gateware_faults import Mutant, drawn, source_of
 
 GATEWARE = CHECKOUT / "gateware"
 

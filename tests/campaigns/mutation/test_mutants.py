@@ -12,8 +12,8 @@ import pytest
 
 import litestereo.gateware
 from campaigns.mutation.__main__ import TESTS
-from campaigns.mutation.equivalent import EQUIVALENT
-from campaigns.mutation.mutants import drawn, mutants_of, source_of
+from campaigns.mutation.explained import EQUIVALENT
+from campaigns.mutation.gateware_faults import drawn, mutants_of, source_of
 from support.paths import CHECKOUT
 
 GATEWARE = Path(litestereo.gateware.__file__).parent
