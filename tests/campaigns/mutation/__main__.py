@@ -65,7 +65,7 @@ def judged(area: Area, mutants: Iterable[Mutant], judges: list[Judge]) -> Iterat
     mutants = list(mutants)
     pool    = ThreadPoolExecutor(len(judges))
     try:
-        yield from zip(mutants, pool.map(one, mutants))
+        yield from zip(mutants, pool.map(one, mutants), strict=True)
     finally:
         pool.shutdown(cancel_futures=True)
 
@@ -84,28 +84,29 @@ def campaign(area: Area, files: list[str], count: int, seed: int, judges: list[J
 
 def main() -> int:
     """Judge the mutants; the exit status is 1 if one survives that is not explained."""
-    parser = argparse.ArgumentParser(prog="mutation", description="put small faults into the sources, and run their tests")
+    parser = argparse.ArgumentParser(prog="mutation", description="put small faults into files, and run their tests")
     parser.add_argument("--areas", nargs="+", choices=AREAS, default=list(AREAS), metavar="AREA",
                         help=f"what to break: {', '.join(AREAS)} (default: all)")
     parser.add_argument("--count", type=int, default=50, help="mutants of each area (default: %(default)s)")
     parser.add_argument("--seed", type=int, default=1, help="what draws them (default: %(default)s)")
-    parser.add_argument("--files", nargs="+", metavar="FILE", help="draw from these files only: gateware/post/border.py")
+    parser.add_argument("--files", nargs="+", metavar="FILE",
+                        help="draw from these files only, such as gateware/post/border.py")
     parser.add_argument("--jobs", type=int, default=1, help="mutants to judge at a time (default: %(default)s)")
     options = parser.parse_args()
     wanted  = {name: [file for file in files_of(AREAS[name]) if not options.files or file in options.files]
                for name in options.areas}
     if unknown := set(options.files or []) - {file for files in wanted.values() for file in files}:
         parser.error(f"no such file in these areas: {', '.join(sorted(unknown))}")
-    judges  = [Judge(number) for number in range(options.jobs)]
     tallies = {}
-    for name, files in wanted.items():
-        if files:
-            print(f"{name}:", flush=True)
-            try:
+    try:
+        judges = [Judge(number) for number in range(options.jobs)]
+        for name, files in wanted.items():
+            if files:
+                print(f"{name}:", flush=True)
                 tallies[name] = campaign(AREAS[name], files, options.count, options.seed, judges)
-            except CampaignError as error:
-                print(f"mutation: {error}", file=sys.stderr)
-                return 1
+    except CampaignError as error:
+        print(f"mutation: {error}", file=sys.stderr)
+        return 1
     for tally in tallies.values():
         for mutant in tally.survived:
             print(f"survived: {mutant.name}\n{mutant.diff}")

@@ -35,7 +35,7 @@ class Area:
     prefix:   str                         #: of the names in `tests` and `excluded`
     tests:    dict[str, tuple[str, ...]]
     needs:    tuple[str, ...]             #: folders with what the tests are made of, other than tests
-    limit_s:  float                       #: least time that the tests of a mutant may take
+    limit_s:  int                         #: processor time that each process of a mutant's tests may take
     excluded: dict[str, str] = field(default_factory=dict)
 
 
@@ -107,7 +107,7 @@ PERIPHERALS = {
 }
 
 
-def _gateware(tests: dict[str, tuple[str, ...]], prefix: str, *folders: str, limit_s: float = 1200,
+def _gateware(tests: dict[str, tuple[str, ...]], prefix: str, *folders: str, limit_s: int = 1200,
               excluded: dict[str, str] | None = None) -> Area:
     return Area(gateware_faults.mutants_of, tuple(f"gateware/{folder}" for folder in folders), (".py",), prefix, tests,
                 (*MODELS, "tests/formal", "tests/support"), limit_s, excluded or {})
@@ -167,12 +167,65 @@ FIRMWARE = {
     "reference/stereo_bm_stages.h": ("test_app", *_MATCHER),
 }
 
-HOST = {}
+_EVAL    = tuple(f"host_tools/cli/test_cli_eval.py::test_{name}" for name in (
+    "a_table_with_means", "the_table_of_a_narrow_terminal", "opencv_s_settings_are_ours", "kitti_has_d1",
+    "a_device_with_one_host_at_a_time_gets_all_pairs_one_after_the_other", "a_device_with_less_than_the_defaults",
+    "processes_and_csv", "mistakes_are_one_line", "what_was_guessed_is_said_by_all_processes"))
+_SOURCES = ("host_tools/data/test_short_files.py", "host_tools/live/test_stream.py::test_videos",
+            "host_tools/live/test_stream.py::test_mistakes",
+            "host_tools/live/test_stream.py::test_folders_without_pairs")
+
+#: Programs of the tests of firmware that are in Python.
+PROGRAMS = {
+    "firmware/test_console.py":   "native_device",
+    "firmware/test_grey_map.py":  "draw_map",
+    "firmware/test_stereo_bm.py": "run_stereo_bm",
+}
+
+HOST = {
+    "core/__init__.py":        ("host_tools/core/test_errors.py",),
+    "core/arrays.py":          ("host_tools/core/test_arrays.py",),
+    "core/errors.py":          ("host_tools/core/test_errors.py",
+                                "host_tools/cli/test_cli.py::test_wrong_usage_is_one_line_and_status_2"),
+    "core/extras.py":          ("host_tools/core/test_opencv.py",
+                                "host_tools/cli/test_cli_eval.py::test_a_package_that_is_not_installed"),
+    "core/features.py":        ("host_tools/protocol/test_protocol.py", "host_tools/devices/test_missing_stages.py"),
+    "core/geometry.py":        ("host_tools/core/test_geometry.py",),
+    "core/images.py":          ("host_tools/core/test_images.py", "host_tools/core/test_pictures.py"),
+    "core/opencv.py":          ("host_tools/core/test_opencv.py",),
+    "core/outputs.py":         ("host_tools/core/test_outputs.py",
+                                "host_tools/cli/test_cli_outputs.py::test_an_input_is_not_replaced"),
+    "core/settings.py":        ("host_tools/devices/test_stereo_bm.py",
+                                "host_tools/cli/test_cli.py::test_wrong_images_are_one_line_and_status_1",
+                                "host_tools/cli/test_cli.py::test_what_the_device_was_not_built_for"),
+    "core/speckle.py":         ("host_tools/devices/test_stereo_bm.py",),
+    "data/consistency.py":     ("host_tools/data/test_map_files.py",),
+    "data/datasets.py":        ("host_tools/data/test_datasets.py",),
+    "data/ground_truth.py":    ("host_tools/core/test_images.py",),
+    "data/layouts.py":         ("host_tools/data/test_layouts.py",),
+    "data/map_files.py":       ("host_tools/data/test_map_files.py", "host_tools/core/test_images.py"),
+    "data/regions.py":         ("host_tools/data/test_regions.py", "host_tools/data/test_layouts.py"),
+    "data/samples.py":         ("host_tools/data/test_layouts.py", *_EVAL),
+    "data/sources/base.py":    _SOURCES,
+    "data/sources/files.py":   ("host_tools/data/test_pairing.py", "host_tools/cli/test_cli_examples.py"),
+    "data/sources/opening.py": _SOURCES,
+    "data/sources/pairing.py": ("host_tools/data/test_pairing.py",),
+    "data/sources/video.py":   _SOURCES,
+    "evaluation/matchers.py":  ("host_tools/evaluation/test_matchers.py", *_EVAL),
+    "evaluation/metrics.py":   ("host_tools/evaluation/test_metrics.py",),
+    "evaluation/parallel.py":  _EVAL,
+    "evaluation/report.py":    _EVAL,
+    "evaluation/work.py":      _EVAL,
+    "protocol/cobs.py":        ("host_tools/protocol/test_cobs.py", "host_tools/protocol/test_any_bytes.py"),
+    "protocol/messages.py":    ("host_tools/protocol/test_protocol.py", "host_tools/protocol/test_any_bytes.py"),
+    "protocol/payloads.py":    ("host_tools/protocol/test_protocol.py",),
+    "protocol/refusals.py":    ("host_tools/protocol/test_protocol.py",),
+}
 
 AREAS = {
     "host": Area(python_faults.mutants_of,
                  tuple(f"host_tools/{room}" for room in ("core", "data", "evaluation", "protocol")), (".py",),
-                 "host_tools/", HOST, ("host_tools", "tests/support"), 60, {
+                 "host_tools/", HOST, ("host_tools", "tests/support"), 120, {
         "core/features_table.py": "written by litestereo.soc.reports.tables, and compared with its source by a test",
         "core/settings_table.py": "written by litestereo.soc.reports.tables, and compared with its source by a test",
     }),
@@ -180,17 +233,17 @@ AREAS = {
                      tuple(f"firmware/{folder}" for folder in ("drivers", "lib", "link", "reference")), (".c", ".h"),
                      "firmware/", FIRMWARE,
                      ("firmware/drivers", "firmware/include", "firmware/lib", "firmware/link", "firmware/reference",
-                      "firmware/tests/Makefile", "firmware/tests/stubs", "firmware/tests/support"), 20, {
+                      "firmware/tests/Makefile", "firmware/tests/stubs", "firmware/tests/support"), 60, {
         "drivers/ensure.c":   "ends the program: only a test that fails runs it to the end",
         "drivers/platform.c": "caches, interrupts and stack of the processor: only simulation runs it",
     }),
-    "pixel path": _gateware(PIXEL_PATH, "gateware/", "engines", "matcher", "post"),
+    "pixel-path": _gateware(PIXEL_PATH, "gateware/", "engines", "matcher", "post"),
     "memory":     _gateware(MEMORY, "gateware/memory/", "memory",
                             excluded={"port_crossing.py": "in the crossings"}),
     "link":       _gateware(LINK_CORES, "gateware/link/", "link"),
     "crossings":  _gateware(CROSSINGS, "gateware/", "common", excluded={
         "common/bus_register.py": "only the SoC of a board has it, and only simulation of that SoC runs it",
-        "common/pipeline.py":     "delays that the cores of the pixel path are made of: faults of these stand for them",
+        "common/pipeline.py":     "delays inside the cores of the pixel path, whose missing registers are faults",
     }),
     "peripheral": _gateware(PERIPHERALS, "gateware/peripherals/", "peripherals",
                             excluded={"stereo_crossing.py": "in the crossings"}),

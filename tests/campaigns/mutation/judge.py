@@ -7,11 +7,14 @@
 
 from __future__ import annotations
 
+import fcntl
 import functools
 import json
 import os
 import re
+import resource
 import shutil
+import signal
 import subprocess
 import sys
 import time
@@ -21,15 +24,18 @@ from pathlib import Path
 from litestereo.soc.build.paths import build_directory, code_key, content_key
 from support.paths import CHECKOUT
 
-from .areas import Area
+from .areas import PROGRAMS, Area
 from .mutant import Mutant
 
 #: What tests need of the checkout.
-COPIED  = ("firmware", "gateware", "host_tools", "sim", "soc", "tests", "Makefile", "README.md", "docs", "pyproject.toml")
+COPIED  = ("docs", "firmware", "gateware", "host_tools", "sim", "soc", "tests", "README.md", "pyproject.toml")
 IGNORED = shutil.ignore_patterns("__pycache__", ".pytest_cache", ".hypothesis")
 
-#: Sanitizers without optimization: a third of the time. Warnings are errors of a style that no fault needs to keep.
-SANITIZE = "-O0 -w -fsanitize=address,undefined -fno-sanitize-recover=all"
+#: Sanitizers as in all tests of firmware, but no warnings: a fault may leave a variable unused.
+SANITIZE = "-O1 -w -fsanitize=address,undefined -fno-sanitize-recover=all"
+
+#: Seconds that the tests of a mutant may last per second of processor time that each of their processes may take.
+PATIENCE = 20
 
 #: Name of a test program in C; all other tests are arguments of pytest.
 PROGRAM = re.compile(r"test_\w+")
@@ -37,6 +43,15 @@ PROGRAM = re.compile(r"test_\w+")
 
 class CampaignError(RuntimeError):
     """The tests cannot judge; says why."""
+
+
+class _Hung(Exception):
+    """The tests do not end."""
+
+
+def _limit(seconds: int) -> None:
+    # Of processor time: how busy the computer is does not decide.
+    resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds + 5))
 
 
 @dataclass(frozen=True)
@@ -75,7 +90,14 @@ class Judge:
         self.programs = self.folder / "programs"
         self.builds   = self.folder / "builds"
         self.log      = self.folder / "tests.log"
-        shutil.rmtree(self.copy, ignore_errors=True)
+        folder.mkdir(parents=True, exist_ok=True)
+        self._lock    = open(folder / f"{number}.lock", "w")  # noqa: SIM115 (held as long as this object lives)
+        try:
+            fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise CampaignError(f"another campaign is running in {folder}: wait for its end") from None
+        # With the programs of an earlier campaign: they may be of its last mutant.
+        shutil.rmtree(self.folder, ignore_errors=True)
         self.copy.mkdir(parents=True)
         for name in COPIED:
             if (CHECKOUT / name).is_dir():
@@ -92,13 +114,13 @@ class Judge:
             The tests of the file fail without a fault: they would catch every mutant.
         """
         if mutant.kind == "none":
-            return self._verdict(area, mutant, 10*area.limit_s)
+            return self._verdict(area, mutant)
         sound = self.judge(area, whole(mutant.file))
         if sound.result != "survived":
-            raise CampaignError(f"the tests of {mutant.file} fail, or take too long, without a fault: see {self.log}")
-        return self._verdict(area, mutant, max(area.limit_s, 5*sound.seconds))
+            raise CampaignError(f"without a fault, the tests of {mutant.file} say {sound.result}: see {self.log}")
+        return self._verdict(area, mutant)
 
-    def _verdict(self, area: Area, mutant: Mutant, limit_s: float) -> Verdict:
+    def _verdict(self, area: Area, mutant: Mutant) -> Verdict:
         tests = area.tests[mutant.file.removeprefix(area.prefix)]
         known = self.results / f"{_key(area, mutant, tests)}.json"
         if known.is_file():
@@ -108,61 +130,68 @@ class Judge:
         sound  = path.read_text()
         path.write_text(mutant.source)
         try:
-            result = self._run(mutant, tests, begun + limit_s)
-        except subprocess.TimeoutExpired:
+            result = self._run(tests, area.limit_s)
+        except _Hung:
             result = "hung"
         finally:
             path.write_text(sound)
             shutil.rmtree(self.builds, ignore_errors=True)
         verdict = Verdict(result, round(time.monotonic() - begun, 1))
-        # What hung is not recorded: the computer may have been busy.
-        if result != "hung":
-            known.parent.mkdir(parents=True, exist_ok=True)
-            known.write_text(json.dumps(vars(verdict)))
+        known.parent.mkdir(parents=True, exist_ok=True)
+        known.write_text(json.dumps(vars(verdict)))
         return verdict
 
-    def _run(self, mutant: Mutant, tests: tuple[str, ...], end: float) -> str:
+    def _run(self, tests: tuple[str, ...], limit_s: int) -> str:
         programs = [test for test in tests if PROGRAM.fullmatch(test)]
         with open(self.log, "w") as log:
-            result = self._run_programs(programs, log, end)
+            result = self._run_programs(programs, log, limit_s)
             if result == "survived" and len(programs) < len(tests):
-                result = self._run_pytest([test for test in tests if test not in programs], log, end)
+                result = self._run_pytest([test for test in tests if test not in programs], log, limit_s)
             return result
 
-    def _run_programs(self, programs: list[str], log, end: float) -> str:
+    def _run_programs(self, programs: list[str], log, limit_s: int) -> str:
         make = ["make", "-s", "-f", self.copy / "firmware" / "tests" / "Makefile", f"OUT={self.programs}"]
         for program in programs:
-            if self._status([*make, program], log, end):
+            if self._status([*make, program], log, limit_s):
                 return "refused"
-            if self._status([self.programs / program], log, end):
+            if self._status([self.programs / program], log, limit_s):
                 return "caught"
         return "survived"
 
-    def _run_pytest(self, tests: list[str], log, end: float) -> str:
+    def _run_pytest(self, tests: list[str], log, limit_s: int) -> str:
         command = [sys.executable, "-m", "pytest", "-q", "-x", "--no-header", "-p", "no:cacheprovider",
                    *(f"tests/{test}" if ".py" in test else test for test in tests)]
-        status  = self._status(command, log, end)
+        status  = self._status(command, log, limit_s)
         # 1: a test failed; 2: the core could not be made, or the module not be loaded; below 0: it was killed.
         if status > 2:
             raise CampaignError(f"pytest ended with status {status}: see {self.log}")
         return "caught" if status else "survived"
 
-    def _status(self, command: list[str | Path], log, end: float) -> int:
+    def _status(self, command: list[str | Path], log, limit_s: int) -> int:
         # Each simulator runs once and briefly, so most of the time is for compiling it.
-        flags       = SANITIZE.replace(" ", "\\ ")
+        variables   = {"OPT_GLOBAL": "-O0", "SANITIZE": SANITIZE}
+        if programs := [PROGRAMS[test] for test in PROGRAMS if f"tests/{test}" in command]:
+            # These match whole images, and the programs before them have had the sanitizers.
+            variables |= {"PROGRAMS": " ".join(programs), "SANITIZE": "-O1 -w"}
+        settings    = " ".join(f"{name}={value}".replace(" ", "\\ ") for name, value in variables.items())
         environment = os.environ | {
             "PYTHONPATH": str(self.copy.parent), "PYTHONDONTWRITEBYTECODE": "1",
             "LITESTEREO_BUILD": str(self.builds), "LITESTEREO_OPTIMIZATION": "-O0",
-            "MAKEFLAGS": f" -- OPT_GLOBAL=-O0 SANITIZE={flags}",
+            "MAKEFLAGS": f" -- {settings}",
         }
         with subprocess.Popen(command, cwd=self.copy, env=environment, stdin=subprocess.DEVNULL, stdout=log, stderr=log,
-                              start_new_session=True) as process:
+                              start_new_session=True, preexec_fn=functools.partial(_limit, limit_s)) as process:
             try:
-                return process.wait(max(1.0, end - time.monotonic()))
-            except BaseException:
+                status = process.wait(PATIENCE*limit_s)
+            except BaseException as error:
                 # With all that the tests have started.
-                os.killpg(process.pid, 9)
+                os.killpg(process.pid, signal.SIGKILL)
+                if isinstance(error, subprocess.TimeoutExpired):
+                    raise _Hung from error
                 raise
+        if status == -signal.SIGXCPU:
+            raise _Hung
+        return status
 
 
 def _key(area: Area, mutant: Mutant, tests: tuple[str, ...]) -> str:
