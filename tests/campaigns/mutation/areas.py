@@ -133,7 +133,7 @@ FIRMWARE = {
     "drivers/stereo.c":             ("test_stereo", "test_stereo_api", "test_dma_memory"),
     "drivers/trial.c":              ("test_update", "test_start"),
     "drivers/trial_choice.c":       ("test_update", "test_start"),
-    "drivers/watchdog.c":           ("test_no_watchdog", "test_records", "test_app"),
+    "drivers/watchdog.c":           ("test_reset", "test_no_watchdog", "test_start", "test_app"),
     "lib/bytes.c":                  ("test_crc32", "test_message", "test_records"),
     "lib/bytes.h":                  ("test_message", "test_records", "test_update"),
     "lib/crc32.c":                  ("test_crc32", "test_message"),
@@ -183,7 +183,7 @@ PROGRAMS = {
 }
 
 HOST = {
-    "core/__init__.py":        ("host_tools/core/test_errors.py",),
+    "core/__init__.py":        ("host_tools/core/test_arrays.py", "host_tools/core/test_pictures.py"),
     "core/arrays.py":          ("host_tools/core/test_arrays.py",),
     "core/errors.py":          ("host_tools/core/test_errors.py",
                                 "host_tools/cli/test_cli.py::test_wrong_usage_is_one_line_and_status_2"),

@@ -77,9 +77,14 @@ def _is_operand(token: Token) -> bool:
 
 
 def _is_length(body: list[Token], place: int) -> bool:
-    # `uint8_t bytes[16]`: with more of them nothing changes.
-    return place >= 3 and body[place - 1].text == "[" and body[place - 2].kind == body[place - 3].kind == "word" and (
-        body[place - 3].text not in KEYWORDS)
+    # `uint8_t bytes[16]`, `char *texts[2]`: with more of them nothing changes.
+    if place < 3 or body[place - 1].text != "[" or body[place - 2].kind != "word":
+        return False
+    before = place - 3
+    while before > 0 and body[before].text in ("*", "const"):
+        before -= 1
+    return body[before].kind == "word" and body[before].text not in KEYWORDS and (
+        before == place - 3 or _is_type(body[before].text))
 
 
 def _after_cast(body: list[Token], place: int) -> bool:

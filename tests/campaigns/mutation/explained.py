@@ -6,6 +6,14 @@
 """Mutants that may survive, and why: file, line, source, replacement. Most of them behave as the file does."""
 
 EXPLAINED: dict[tuple[str, str, str, str], str] = {
+    ("firmware/drivers/screen.c",
+     "return screen->width != 0 ? screen->pictures + screen->hidden * PICTURE_BYTES : NULL;", "0", "1"):
+        "The width is 0 or that of the screen. With 0 the pictures are NULL and the hidden one is number 0: their sum is "
+        "NULL.",
+    ("firmware/link/udp/udp_stream.c", "link->streamed = -1;", "1", "2"):
+        "It is compared with numbers of slots alone, none of which is negative.",
+    ("firmware/reference/median.c", "for (; place > 0 && sorted[place - 1] > values[i]; place--) {", ">", ">="):
+        "Equal values change their order.",
     ("gateware/post/left_right/left_right.py",
      "self.sync += second_pass.credit.eq(fifo.level < FIFO_DEPTH - second_pass.latency - 2)", "2", "3"):
         "The queue stops being filled one pixel earlier: as before it never overflows, and no pixel is another.",

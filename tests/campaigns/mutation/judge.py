@@ -12,12 +12,12 @@ import functools
 import json
 import os
 import re
-import resource
 import shutil
 import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -49,21 +49,11 @@ class _Hung(Exception):
     """The tests do not end."""
 
 
-def _limit(seconds: int) -> None:
-    # Of processor time: how busy the computer is does not decide.
-    resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds + 5))
-
-
 @dataclass(frozen=True)
 class Verdict:
     """What the tests of a mutant say."""
     result:  str    #: caught, survived, hung, or refused by the compiler
     seconds: float
-
-
-def whole(file: str) -> Mutant:
-    """Return a file without a fault, to judge its tests."""
-    return Mutant(file, 0, "none", "", "", "", (CHECKOUT / file).read_text())
 
 
 @functools.cache
@@ -113,41 +103,47 @@ class Judge:
         CampaignError
             The tests of the file fail without a fault: they would catch every mutant.
         """
-        if mutant.kind == "none":
-            return self._verdict(area, mutant)
-        sound = self.judge(area, whole(mutant.file))
-        if sound.result != "survived":
-            raise CampaignError(f"without a fault, the tests of {mutant.file} say {sound.result}: see {self.log}")
-        return self._verdict(area, mutant)
-
-    def _verdict(self, area: Area, mutant: Mutant) -> Verdict:
         tests = area.tests[mutant.file.removeprefix(area.prefix)]
-        known = self.results / f"{_key(area, mutant, tests)}.json"
+        for part in _parts(tests):
+            sound = self._known(_key(area, [], part), lambda part=part: self._run(part, area.limit_s), ("survived",))
+            if sound.result != "survived":
+                raise CampaignError(f"tests of {mutant.file} say {sound.result} without a fault: {' '.join(part)}; "
+                                    f"see {self.log}")
+        return self._known(_key(area, [mutant.file, mutant.source], tests),
+                           lambda: self._faulty(mutant, tests, area.limit_s))
+
+    def _known(self, key: str, judge: Callable[[], str], worth: tuple[str, ...] | None = None) -> Verdict:
+        """Return the verdict that is stored under this key, or judge, and store it if it is of these results."""
+        known = self.results / f"{key}.json"
         if known.is_file():
             return Verdict(**json.loads(known.read_text()))
-        begun  = time.monotonic()
-        path   = self.copy / mutant.file
-        sound  = path.read_text()
+        begun   = time.monotonic()
+        verdict = Verdict(judge(), round(time.monotonic() - begun, 1))
+        if worth is None or verdict.result in worth:
+            known.parent.mkdir(parents=True, exist_ok=True)
+            known.write_text(json.dumps(vars(verdict)))
+        return verdict
+
+    def _faulty(self, mutant: Mutant, tests: tuple[str, ...], limit_s: int) -> str:
+        path  = self.copy / mutant.file
+        sound = path.read_text()
         path.write_text(mutant.source)
         try:
-            result = self._run(tests, area.limit_s)
-        except _Hung:
-            result = "hung"
+            return self._run(tests, limit_s)
         finally:
             path.write_text(sound)
             shutil.rmtree(self.builds, ignore_errors=True)
-        verdict = Verdict(result, round(time.monotonic() - begun, 1))
-        known.parent.mkdir(parents=True, exist_ok=True)
-        known.write_text(json.dumps(vars(verdict)))
-        return verdict
 
     def _run(self, tests: tuple[str, ...], limit_s: int) -> str:
         programs = [test for test in tests if PROGRAM.fullmatch(test)]
-        with open(self.log, "w") as log:
-            result = self._run_programs(programs, log, limit_s)
-            if result == "survived" and len(programs) < len(tests):
-                result = self._run_pytest([test for test in tests if test not in programs], log, limit_s)
-            return result
+        try:
+            with open(self.log, "w") as log:
+                result = self._run_programs(programs, log, limit_s)
+                if result == "survived" and len(programs) < len(tests):
+                    result = self._run_pytest([test for test in tests if test not in programs], log, limit_s)
+                return result
+        except _Hung:
+            return "hung"
 
     def _run_programs(self, programs: list[str], log, limit_s: int) -> str:
         make = ["make", "-s", "-f", self.copy / "firmware" / "tests" / "Makefile", f"OUT={self.programs}"]
@@ -179,8 +175,10 @@ class Judge:
             "LITESTEREO_BUILD": str(self.builds), "LITESTEREO_OPTIMIZATION": "-O0",
             "MAKEFLAGS": f" -- {settings}",
         }
-        with subprocess.Popen(command, cwd=self.copy, env=environment, stdin=subprocess.DEVNULL, stdout=log, stderr=log,
-                              start_new_session=True, preexec_fn=functools.partial(_limit, limit_s)) as process:
+        # Processor time: how busy the computer is does not decide.
+        limited = ["sh", "-c", 'ulimit -S -t "$0"; exec "$@"', str(limit_s), *command]
+        with subprocess.Popen(limited, cwd=self.copy, env=environment, stdin=subprocess.DEVNULL, stdout=log, stderr=log,
+                              start_new_session=True) as process:
             try:
                 status = process.wait(PATIENCE*limit_s)
             except BaseException as error:
@@ -194,11 +192,17 @@ class Judge:
         return status
 
 
-def _key(area: Area, mutant: Mutant, tests: tuple[str, ...]) -> str:
+def _parts(tests: tuple[str, ...]) -> list[tuple[str, ...]]:
+    """Return tests in parts that several files may have: each program, and those of pytest."""
+    programs = [(test,) for test in tests if PROGRAM.fullmatch(test)]
+    others   = tuple(test for test in tests if not PROGRAM.fullmatch(test))
+    return [*programs, others] if others else programs
+
+
+def _key(area: Area, mutant: list[str], tests: tuple[str, ...]) -> str:
     """Return the content key of a verdict: the mutant, its tests, and what these are made of."""
     files = [file for test in tests if (file := _test_file(test)) is not None]
-    return content_key([mutant.file, mutant.source, *tests, *(_code_key(CHECKOUT / name) for name in area.needs),
-                        *map(_code_key, files)])
+    return content_key([*mutant, *tests, *(_code_key(CHECKOUT / name) for name in area.needs), *map(_code_key, files)])
 
 
 def _test_file(test: str) -> Path | None:
