@@ -217,8 +217,9 @@ HOST = {
     "evaluation/report.py":    _EVAL,
     "evaluation/work.py":      _EVAL,
     "protocol/cobs.py":        ("host_tools/protocol/test_cobs.py", "host_tools/protocol/test_any_bytes.py"),
-    "protocol/messages.py":    ("host_tools/protocol/test_protocol.py", "host_tools/protocol/test_any_bytes.py"),
-    "protocol/payloads.py":    ("host_tools/protocol/test_protocol.py",),
+    "protocol/messages.py":    ("host_tools/protocol/test_protocol.py", "firmware/test_protocol_numbers.py",
+                                "host_tools/protocol/test_any_bytes.py"),
+    "protocol/payloads.py":    ("host_tools/protocol/test_protocol.py", "firmware/test_protocol_numbers.py"),
     "protocol/refusals.py":    ("host_tools/protocol/test_protocol.py",),
 }
 

@@ -8,8 +8,7 @@
 EXPLAINED: dict[tuple[str, str, str, str], str] = {
     ("firmware/drivers/screen.c",
      "return screen->width != 0 ? screen->pictures + screen->hidden * PICTURE_BYTES : NULL;", "0", "1"):
-        "The width is 0 or that of the screen. With 0 the pictures are NULL and the hidden one is number 0: their sum is "
-        "NULL.",
+        "The width is 0 or that of the screen. With 0 the pictures are NULL, and so is the picture number 0 of them.",
     ("firmware/link/udp/udp_stream.c", "link->streamed = -1;", "1", "2"):
         "It is compared with numbers of slots alone, none of which is negative.",
     ("firmware/reference/median.c", "for (; place > 0 && sorted[place - 1] > values[i]; place--) {", ">", ">="):

@@ -8,7 +8,6 @@
 from __future__ import annotations
 
 import fcntl
-import functools
 import json
 import os
 import re
@@ -19,6 +18,7 @@ import sys
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from litestereo.soc.build.paths import build_directory, code_key, content_key
@@ -56,11 +56,6 @@ class Verdict:
     seconds: float
 
 
-@functools.cache
-def _code_key(path: Path) -> str:
-    return code_key(path)
-
-
 class Judge:
     """Run tests on mutants, one at a time, in a copy of the checkout.
 
@@ -80,6 +75,7 @@ class Judge:
         self.programs = self.folder / "programs"
         self.builds   = self.folder / "builds"
         self.log      = self.folder / "tests.log"
+        self._keys: dict[str, str] = {}
         folder.mkdir(parents=True, exist_ok=True)
         self._lock    = open(folder / f"{number}.lock", "w")  # noqa: SIM115 (held as long as this object lives)
         try:
@@ -105,12 +101,33 @@ class Judge:
         """
         tests = area.tests[mutant.file.removeprefix(area.prefix)]
         for part in _parts(tests):
-            sound = self._known(_key(area, [], part), lambda part=part: self._run(part, area.limit_s), ("survived",))
+            sound = self._known(self._key(area, [], part), partial(self._run, part, area.limit_s), ("survived",))
             if sound.result != "survived":
                 raise CampaignError(f"tests of {mutant.file} say {sound.result} without a fault: {' '.join(part)}; "
                                     f"see {self.log}")
-        return self._known(_key(area, [mutant.file, mutant.source], tests),
-                           lambda: self._faulty(mutant, tests, area.limit_s))
+        return self._known(self._key(area, [mutant.file, mutant.source], tests),
+                           partial(self._faulty, mutant, tests, area.limit_s))
+
+    def _key(self, area: Area, mutant: list[str], tests: tuple[str, ...]) -> str:
+        """Return the content key of a verdict: the mutant, its tests, and what these are made of."""
+        files = [file for test in tests if (file := self._test_file(test)) is not None]
+        return content_key([*mutant, *tests, *(self._code_key(name) for name in area.needs),
+                            *map(self._code_key, files)])
+
+    def _code_key(self, name: str) -> str:
+        # Of the copy: the checkout may change meanwhile.
+        if name not in self._keys:
+            self._keys[name] = code_key(self.copy / name)
+        return self._keys[name]
+
+    def _test_file(self, test: str) -> str | None:
+        """Return the source of a test, or None for an argument of pytest."""
+        if ".py" in test:
+            return f"tests/{test.partition('::')[0]}"
+        if PROGRAM.fullmatch(test):
+            (path,) = (self.copy / "firmware" / "tests").rglob(f"{test}.c")
+            return path.relative_to(self.copy).as_posix()
+        return None
 
     def _known(self, key: str, judge: Callable[[], str], worth: tuple[str, ...] | None = None) -> Verdict:
         """Return the verdict that is stored under this key, or judge, and store it if it is of these results."""
@@ -193,23 +210,10 @@ class Judge:
 
 
 def _parts(tests: tuple[str, ...]) -> list[tuple[str, ...]]:
-    """Return tests in parts that several files may have: each program, and those of pytest."""
+    """Return tests in parts that several files may have: each program, and those of each file of pytest."""
     programs = [(test,) for test in tests if PROGRAM.fullmatch(test)]
-    others   = tuple(test for test in tests if not PROGRAM.fullmatch(test))
-    return [*programs, others] if others else programs
-
-
-def _key(area: Area, mutant: list[str], tests: tuple[str, ...]) -> str:
-    """Return the content key of a verdict: the mutant, its tests, and what these are made of."""
-    files = [file for test in tests if (file := _test_file(test)) is not None]
-    return content_key([*mutant, *tests, *(_code_key(CHECKOUT / name) for name in area.needs), *map(_code_key, files)])
-
-
-def _test_file(test: str) -> Path | None:
-    """Return the source of a test, or None for an argument of pytest."""
-    if ".py" in test:
-        return CHECKOUT / "tests" / test.partition("::")[0]
-    if PROGRAM.fullmatch(test):
-        (path,) = (CHECKOUT / "firmware" / "tests").rglob(f"{test}.c")
-        return path
-    return None
+    others   = [test for test in tests if not PROGRAM.fullmatch(test)]
+    if "-k" in others:
+        return [*programs, tuple(others)]
+    files = dict.fromkeys(test.partition("::")[0] for test in others)
+    return [*programs, *(tuple(test for test in others if test.partition("::")[0] == file) for file in files)]
