@@ -20,7 +20,8 @@ PROOF      = "formal/test_formal.py::test_a_core_as_it_is_passes"
 PERIPHERAL = "gateware/peripherals/test_stereo_peripheral.py"
 LINK       = "gateware/peripherals/test_frame_link.py"
 STREAMING  = "gateware/link/test_streaming.py"
-NETWORK    = ("gateware/link/test_address_table.py", "gateware/link/test_network.py")
+NETWORK    = "gateware/link/test_network.py"
+WIRE       = "gateware/link/test_wire.py"
 
 
 @dataclass(frozen=True)
@@ -77,22 +78,30 @@ MEMORY = {
 }
 
 LINK_CORES = {
-    "address_table.py":   NETWORK,
+    "address_table.py":   ("gateware/link/test_address_table.py", NETWORK),
+    "echo.py":            ("gateware/link/test_header_parser.py", NETWORK),
+    "header_parser.py":   ("gateware/link/test_header_parser.py", NETWORK),
+    "header_writer.py":   ("gateware/link/test_header_writer.py", NETWORK),
+    "headers.py":         ("gateware/link/test_header_writer.py", "gateware/link/test_header_parser.py"),
     "map_parts.py":       (STREAMING, f"{PROOF}[MapParts]"),
     "message_arbiter.py": (f"{PROOF}[MessageArbiter]", STREAMING),
     "message_buffer.py":  (LINK, f"{PROOF}[MessageBuffer]"),
     "message_crc.py":     (LINK,),
     "message_framer.py":  (LINK, f"{PROOF}[MessageFramer]"),
     "message_sorter.py":  (LINK, STREAMING, f"{PROOF}[MessageSorter]"),
-    "network.py":         NETWORK,
+    "network.py":         (NETWORK,),
     "pair_gate.py":       (STREAMING, f"{PROOF}[PairGate]"),
     "send_queue.py":      (LINK, STREAMING, f"{PROOF}[SendQueue]"),
-    "slot_table.py":      (LINK, STREAMING, f"{PROOF}[SlotTable]"),
+    "slot_table.py":      ("gateware/link/test_slot_table.py", LINK, STREAMING, f"{PROOF}[SlotTable]"),
+    "wire_receiver.py":   (WIRE, NETWORK),
+    "wire_sender.py":     (WIRE, NETWORK),
 }
 
 CROSSINGS = {
-    "common/crossing.py":             (f"{PROOF}[Crossing]", *NETWORK),
-    "common/pulse_crossing.py":       (f"{PROOF}[PulseCrossing]",),
+    "common/crossing.py":             ("gateware/common/test_crossing.py", f"{PROOF}[Crossing]",
+                                       f"{PROOF}[Crossing, resets]"),
+    "common/crossing_reset.py":       ("gateware/common/test_crossing.py", f"{PROOF}[Crossing, resets]"),
+    "common/pulse_crossing.py":       ("gateware/common/test_crossing.py", f"{PROOF}[PulseCrossing]"),
     "common/stream_register.py":      (f"{PROOF}[add_register]", LINK),
     "memory/port_crossing.py":        ("gateware/memory/test_port_crossing.py", PERIPHERAL, "-k",
                                        "test_port_crossing or crossed or faster"),
