@@ -20,8 +20,9 @@ from pathlib import Path
 from litestereo.soc.build.paths import build_directory
 from support.paths import CHECKOUT
 
-#: Least percentage of the lines of each folder.
-FLOORS = {"host_tools": 90.0, "soc": 90.0, "sim": 90.0}
+#: Least percentage of the lines of each folder. Much of `soc` and `sim` runs in processes that are not counted: what
+#: generates a SoC, and boots it.
+FLOORS = {"host_tools": 90.0, "soc": 50.0, "sim": 50.0}
 
 #: Counts of the tests.
 DATA = build_directory() / "python.coverage"

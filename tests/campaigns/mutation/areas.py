@@ -178,17 +178,20 @@ FIRMWARE = {
 
 _EVAL    = tuple(f"host_tools/cli/test_cli_eval.py::test_{name}" for name in (
     "a_table_with_means", "the_table_of_a_narrow_terminal", "opencv_s_settings_are_ours", "kitti_has_d1",
-    "a_device_with_one_host_at_a_time_gets_all_pairs_one_after_the_other", "a_device_with_less_than_the_defaults",
+    "a_device_with_one_host_at_a_time_gets_all_pairs_one_after_the_other",
     "processes_and_csv", "mistakes_are_one_line", "what_was_guessed_is_said_by_all_processes"))
 _SOURCES = ("host_tools/data/test_short_files.py", "host_tools/live/test_stream.py::test_videos",
             "host_tools/live/test_stream.py::test_mistakes",
             "host_tools/live/test_stream.py::test_folders_without_pairs")
 
-#: Programs of the tests of firmware that are in Python.
+#: Programs in C of tests in Python: the others need not be built for them.
 PROGRAMS = {
-    "firmware/test_console.py":   "native_device",
-    "firmware/test_grey_map.py":  "draw_map",
-    "firmware/test_stereo_bm.py": "run_stereo_bm",
+    "firmware/test_console.py":                   "native_device",
+    "firmware/test_grey_map.py":                  "draw_map",
+    "firmware/test_stereo_bm.py":                 "run_stereo_bm",
+    "host_tools/cli/test_cli.py":                 "native_device",
+    "host_tools/cli/test_cli_examples.py":        "native_device",
+    "host_tools/protocol/test_any_bytes.py":      "decode_lines",
 }
 
 HOST = {

@@ -183,9 +183,10 @@ class Judge:
     def _status(self, command: list[str | Path], log, limit_s: int) -> int:
         # Each simulator runs once and briefly, so most of the time is for compiling it.
         variables   = {"OPT_GLOBAL": "-O0", "SANITIZE": SANITIZE}
-        if programs := [PROGRAMS[test] for test in PROGRAMS if f"tests/{test}" in command]:
+        if programs := {program for test, program in PROGRAMS.items()
+                        if any(str(part).startswith(f"tests/{test}") for part in command)}:
             # These match whole images, and the programs before them have had the sanitizers.
-            variables |= {"PROGRAMS": " ".join(programs), "SANITIZE": "-O1 -w"}
+            variables |= {"PROGRAMS": " ".join(sorted(programs)), "SANITIZE": "-O1 -w"}
         settings    = " ".join(f"{name}={value}".replace(" ", "\\ ") for name, value in variables.items())
         environment = os.environ | {
             "PYTHONPATH": str(self.copy.parent), "PYTHONDONTWRITEBYTECODE": "1",
