@@ -30,14 +30,19 @@ COUNT ?=
 FUZZ_SECONDS ?= 60
 #: number of frames
 SOAK_FRAMES ?= 100000
+#: what to break, if not everything: host, firmware, pixel-path, memory, link, crossings or peripheral
+AREA ?=
+#: faults of each area
+FAULTS ?= 50
 
 # The tests of a file share a simulator, so one worker runs them all. (pytest 9.2 ignores xdist's groups.)
 BY_FILE := --dist loadfile --no-loadscope-reorder
-BEGIN_COUNT = $(if $(COUNT),--count-gateware --cov=host_tools --cov-report=)
-END_COUNT   = $(if $(COUNT),--count-gateware-on --cov=host_tools --cov-append --cov-report= --cov-fail-under=90)
+COUNTED     := --cov=host_tools --cov=soc --cov=sim --cov-report=
+BEGIN_COUNT  = $(if $(COUNT),--count-gateware $(COUNTED))
+END_COUNT    = $(if $(COUNT),--count-gateware-on $(COUNTED) --cov-append)
 
 export LITESTEREO_BUILD := $(CURDIR)/build
-export COVERAGE_FILE    := $(LITESTEREO_BUILD)/host_tools.coverage
+export COVERAGE_FILE    := $(LITESTEREO_BUILD)/python.coverage
 # Proofs and campaigns are modules of tests/.
 export PYTHONPATH       := $(CURDIR)/tests$(if $(PYTHONPATH),:$(PYTHONPATH))
 
@@ -91,6 +96,7 @@ test: lint ## Run the linters, then the tests that a person waits for [TESTS JOB
 test-long: install ## Run the tests that make test leaves out [TESTS JOBS COUNT]
 	@mkdir -p $(LITESTEREO_BUILD)
 	@$(PYTHON) -m pytest -n $(JOBS) $(BY_FILE) $(END_COUNT) -m long $(TESTS)
+	@$(if $(COUNT),$(PYTHON) -m campaigns.coverage.python)
 
 lint: install ## Run the linters
 	@$(PYTHON) -m ruff check .
@@ -162,7 +168,7 @@ thesis: ## Measure the tables and figures of the thesis, and write docs/thesis.m
 sbom: install ## Write the list of components: docs/sbom.cdx.json and docs/licences.md
 	@$(PYTHON) -m litestereo.soc.release.sbom
 
-coverage: ## Run all tests, and write docs/coverage.md: what they run of gateware, firmware and host tools [JOBS]
+coverage: ## Run all tests, and write docs/coverage.md: what they run of gateware, firmware and Python [JOBS]
 	@$(MAKE) -s test COUNT=1 JOBS=$(JOBS)
 	@$(MAKE) -s test-long COUNT=1 JOBS=$(JOBS)
 	@$(PYTHON) -m campaigns.coverage
@@ -193,8 +199,8 @@ fuzz-host: install ## Fuzz the host tools' readers of files [FUZZ_SECONDS]
 soak: install ## Match small frames while link, memory, clocks, firmware and host fail [SOAK_FRAMES]
 	@$(PYTHON) -m campaigns.soak --frames $(SOAK_FRAMES)
 
-mutation: install ## Put 50 small faults into the gateware, and check that the tests notice
-	@$(PYTHON) -m campaigns.mutation
+mutation: install ## Put small faults into gateware, firmware and host tools, and check that the tests notice [AREA FAULTS JOBS]
+	@$(PYTHON) -m campaigns.mutation $(if $(AREA),--areas $(AREA)) --count $(FAULTS) --jobs $(JOBS)
 
 reproduce: install ## Build the firmware twice, in two folders, and compare the binaries
 	@$(PYTHON) -m litestereo.soc.release.reproduce

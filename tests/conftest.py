@@ -6,8 +6,8 @@
 """Count the lines of the gateware that the tests run.
 
 `--count-gateware` starts, and saves its counts in the build folder. `--count-gateware-on` continues from the counts
-of the first part of the tests, and fails if both parts together have run too few lines: it is for the second part.
-Without a first part of the same code it counts nothing.
+of the first part of the tests, and fails if both parts together have run too few lines of a core: it is for the second
+part. Without a first part of the same code it counts nothing.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ from campaigns.coverage import gateware
 from litestereo.sim.cores.verilated_core import coverage_directory
 from litestereo.soc.build.paths import PACKAGE_DIR, build_directory, code_key
 
-#: Lines of the gateware that the tests have run.
-PERCENT = pytest.StashKey[float]()
+#: Percentage of the gateware's lines that the tests have run, and the cores below the floor, a line for each.
+COUNTED = pytest.StashKey[tuple[float, list[str]]]()
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -65,18 +65,21 @@ def pytest_sessionfinish(session: pytest.Session) -> None:
     if _begins(session.config) and session.exitstatus == pytest.ExitCode.OK:
         _first_part().write_text(_gateware_key())
     if _judges(session.config):
-        percent = gateware.percent(gateware.read(coverage_directory()))
-        session.config.stash[PERCENT] = percent
-        if percent < gateware.LINES_FLOOR and session.exitstatus == pytest.ExitCode.OK:
+        cores = gateware.read(coverage_directory())
+        session.config.stash[COUNTED] = gateware.percent(cores), gateware.low(cores)
+        if gateware.low(cores) and session.exitstatus == pytest.ExitCode.OK:
             session.exitstatus = pytest.ExitCode.TESTS_FAILED
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: pytest.Config) -> None:
-    if config.getoption("count_gateware_on") and PERCENT not in config.stash:
+    if config.getoption("count_gateware_on") and COUNTED not in config.stash:
         terminalreporter.write_line("gateware: its lines were not counted, as make test has not run on this code")
-    elif PERCENT in config.stash:
-        terminalreporter.write_line(f"gateware: the tests have run {config.stash[PERCENT]:.1f} % of its lines"
-                                    f" (floor: {gateware.LINES_FLOOR:g} %)")
+    elif COUNTED in config.stash:
+        percent, low = config.stash[COUNTED]
+        for line in low:
+            terminalreporter.write_line(f"gateware: {line}")
+        terminalreporter.write_line(f"gateware: the tests have run {percent:.1f} % of its lines, and of each core "
+                                    f"{'not always' if low else 'at least'} {gateware.LINES_FLOOR:g} %")
 
 
 @pytest.fixture(autouse=True)

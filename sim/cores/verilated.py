@@ -7,6 +7,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import shutil
@@ -21,6 +22,7 @@ from migen import ClockDomain, Signal
 from ...soc.build.paths import build_directory, built_once, content_key
 from ...soc.build.tools import run_logged
 from ...soc.flow.mapping import with_garbage
+from .owners import owners
 
 HERE = Path(__file__).resolve().parent
 
@@ -104,11 +106,15 @@ def build_library(top: PortsTop, header: str, bench: str, trace: str = "") -> Pa
     ToolError
         Verilator or the compiler failed; the message names the log.
     """
-    source  = with_garbage(str(verilog.convert(top, ios=top.ios, name="core")))
+    emitted = verilog.convert(top, ios=top.ios, name="core")
+    source  = with_garbage(str(emitted))
     sources = {name: (HERE / name).read_text() for name in ("core.h", bench)} | {"ports.h": header}
-    options = [*VERILATOR_OPTIONS, *COVERAGE_OPTIONS[os.environ.get("LITESTEREO_COVERAGE", "")],
-               *TRACE_OPTIONS.get(trace, [])]
+    counted = os.environ.get("LITESTEREO_COVERAGE", "")
+    options = [*VERILATOR_OPTIONS, *COVERAGE_OPTIONS[counted], *TRACE_OPTIONS.get(trace, [])]
     version = subprocess.run(["verilator", "--version"], check=True, capture_output=True, text=True).stdout
+    if counted:
+        # Counts are of lines: this says whose each is.
+        sources["owners.json"] = json.dumps(owners(top, emitted.ns), sort_keys=True)
     # Comments are not part of the key: they have the date.
     logic   = re.sub(r"^//.*$", "", source, flags=re.MULTILINE)
     key     = content_key([logic, *sources.values(), version, *COMPILATION, *options])

@@ -75,6 +75,7 @@ static void test_begin(void)
     REQUIRE(strcmp(reset_cause_name(report.cause), "ensure") == 0);
     REQUIRE(strcmp(reset_cause_name(RESET_MATCHER), "matcher") == 0);
     REQUIRE(strcmp(reset_cause_name(RESET_START), "start") == 0);
+    REQUIRE(strcmp(reset_cause_name((reset_cause_t)(RESET_START + 1)), "?") == 0);
     REQUIRE(strcmp(reset_cause_name((reset_cause_t)200), "?") == 0);
 }
 

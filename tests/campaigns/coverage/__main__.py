@@ -7,7 +7,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import subprocess
 import sys
@@ -18,11 +17,7 @@ from litestereo.soc.build.commit import commit
 from litestereo.soc.build.paths import build_directory
 from support.paths import CHECKOUT
 
-from . import firmware, gateware
-
-#: Least percentage of the host tools' lines, and the folder of their counts.
-HOST_FLOOR = 90.0
-HOST_DATA  = build_directory() / "host_tools.coverage"
+from . import firmware, gateware, python
 
 #: Tests of small cores: toggles of bits are counted only there, because that takes a hundred times as long.
 TOGGLE_TESTS = ("engines/test_sums.py", "post/test_selection.py", "post/test_map.py")
@@ -40,15 +35,20 @@ def gateware_part(lines: dict[str, gateware.Core], bits: dict[str, gateware.Core
     """Return the table of the cores."""
     def share(counts) -> str:
         return f"{100*gateware.run(counts)/len(counts):.1f} %" if counts else ""
-    rows = [f"| `{name}` | {len(core.models)} | {len(core.lines)} | {share(core.lines)} | {share(core.branches)} | "
-            f"{share(bits[name].toggles) if name in bits else ''} |" for name, core in sorted(lines.items())]
+    rows = [f"| `{name}` | `{core.file}` | {core.seen} | {len(core.models)} | {len(core.lines)} | {share(core.lines)} "
+            f"| {share(core.branches)} | {share(bits[name].toggles) if name in bits else ''} |"
+            for name, core in sorted(lines.items())]
+    reasons = "; ".join(f"`{name}`, {why}" for name, why in gateware.UNMEASURED.items())
     return ["## Gateware", "",
-            "Verilator counts, in the Verilog of each core that a test simulates alone: the matcher has its parts. A "
-            "line is the same line in all models of a core, which differ by their parameters. What is under a signal "
-            "that nothing drives is not counted: synthesis leaves nothing of it. Bits are those that went "
+            "Verilator counts, in the Verilog of each core that a test simulates. A line is of the innermost core that "
+            "it comes from, and is the same line in the core's own bench, inside others, and in all models, which "
+            "differ by their parameters. Lines of LiteEth's cores and of benches are not counted. What is under a "
+            "signal that nothing drives is not counted: synthesis leaves nothing of it. Bits are those that went "
             f"up and those that went down, in {', '.join(TOGGLE_TESTS)} alone.", "",
-            "| core | models | lines | run | branches | bits |", "| --- | --- | --- | --- | --- | --- |", *rows, "",
-            f"All lines: {gateware.percent(lines):.1f} % (floor: {gateware.LINES_FLOOR:g} %).", ""]
+            "| core | file | simulated | models | lines | run | branches | bits |",
+            "| --- | --- | --- | --- | --- | --- | --- | --- |", *rows, "",
+            f"All lines: {gateware.percent(lines):.1f} %. The floor of each core is {gateware.LINES_FLOOR:g} %. "
+            f"Not measured: {reasons}.", ""]
 
 
 def firmware_part(files: dict[str, firmware.Covered]) -> list[str]:
@@ -64,39 +64,39 @@ def firmware_part(files: dict[str, firmware.Covered]) -> list[str]:
             + "; ".join(f"`{name}`, {why}" for name, why in firmware.EXCLUDED.items()) + ".", ""]
 
 
-def host_part() -> tuple[list[str], float]:
-    """Return the table of the host tools' folders, and the percentage of all of them."""
-    report = build_directory() / "host_tools.json"
-    subprocess.run([sys.executable, "-m", "coverage", "json", "-q", f"--data-file={HOST_DATA}", "-o", str(report)],
-                   cwd=CHECKOUT, check=True)
-    data = json.loads(report.read_text())
-    rows = [f"| `{name}` | {file['summary']['num_statements']} | {file['summary']['percent_covered']:.1f} % |"
-            for name, file in sorted(data["files"].items())]
-    percent = data["totals"]["percent_covered"]
-    return ["## Host tools", "", "coverage.py counts, while all tests run.", "",
-            "| source | lines | run |", "| --- | --- | --- |", *rows, "",
-            f"All lines: {percent:.1f} % (floor: {HOST_FLOOR:g} %).", ""], percent
+def python_part(folders: list[python.Folder]) -> list[str]:
+    """Return the tables of the Python files."""
+    parts = []
+    for folder in folders:
+        rows = [f"| `{name}` | {lines} | {100*run/lines if lines else 100:.1f} % |"
+                for name, (lines, run) in folder.files.items()]
+        parts += [f"### `{folder.name}`", "", "| source | lines | run |", "| --- | --- | --- |", *rows, "",
+                  f"All lines: {folder.percent:.1f} % (floor: {python.FLOORS[folder.name]:g} %).", ""]
+    return ["## Python", "", "coverage.py counts, while all tests run.", "", *parts]
 
 
 def main() -> int:
     """Write the page; the exit status is 1 if any part is below its floor."""
     lines = gateware.read(coverage_directory())
-    if not lines or not HOST_DATA.is_file():
+    if not lines or not python.DATA.is_file():
         print("coverage: no run of all tests has left its counts: run make coverage", file=sys.stderr)
         return 1
-    files           = firmware.measure()
-    host, host_run  = host_part()
-    parts           = [*gateware_part(lines, toggles()), *firmware_part(files), *host]
+    files   = firmware.measure()
+    folders = python.measured()
+    parts   = [*gateware_part(lines, toggles()), *firmware_part(files), *python_part(folders)]
     COVERAGE.write("\n".join(["# Coverage", "",
         f"What the tests run, written by `make coverage` after commit `{commit()}`.", "",
         *parts]))
-    gateware_run       = gateware.percent(lines)
-    code, branches     = firmware.totals(files)
-    print(f"gateware: {gateware_run:.1f} % of lines; firmware: {code:.1f} % of lines, {branches:.1f} % of branches; "
-          f"host tools: {host_run:.1f} % of lines; written to {COVERAGE.name}")
-    low = (gateware_run < gateware.LINES_FLOOR or code < firmware.LINES_FLOOR
-           or branches < firmware.BRANCHES_FLOOR or host_run < HOST_FLOOR)
-    return int(low)
+    code, branches = firmware.totals(files)
+    counts = ", ".join(f"{folder.name} {folder.percent:.1f} %" for folder in folders)
+    print(f"gateware: {gateware.percent(lines):.1f} % of lines; firmware: {code:.1f} % of lines, {branches:.1f} % of "
+          f"branches; Python: {counts} of lines; written to {COVERAGE.name}")
+    low = [*gateware.low(lines), *python.low(folders)]
+    if code < firmware.LINES_FLOOR or branches < firmware.BRANCHES_FLOOR:
+        low.append("firmware: below its floors")
+    for line in low:
+        print(f"coverage: {line}", file=sys.stderr)
+    return int(bool(low))
 
 
 if __name__ == "__main__":

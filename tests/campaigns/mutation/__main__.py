@@ -3,120 +3,124 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""`make mutation`: break the gateware in small ways, and check that the tests of the broken core notice."""
+"""`make mutation`: break gateware, firmware and host tools in small ways, and check that the narrow tests notice."""
 
 from __future__ import annotations
 
 import argparse
-import os
-import shutil
-import subprocess
 import sys
-import time
+from collections.abc import Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+from itertools import islice
+from queue import SimpleQueue
 
-from litestereo.soc.build.paths import build_directory, content_key, source_key
-from support.paths import CHECKOUT
-
-from .equivalent import EQUIVALENT
-from .mutants import Mutant, drawn, source_of
-
-GATEWARE = CHECKOUT / "gateware"
-
-#: Fast tests of each core: arguments of pytest, with files relative to `tests`.
-TESTS = {
-    "absolute_difference": ["gateware/matcher/test_pixels.py", "-k", "absolute_difference"],
-    "alignment":           ["gateware/matcher/test_pixels.py", "-k", "alignment"],
-    "block_sum":           ["gateware/engines/test_sums.py", "-k", "block_sum"],
-    "border":              ["gateware/post/test_map.py", "-k", "border"],
-    "column_sum":          ["gateware/engines/test_sums.py", "-k", "column_sum"],
-    "cost_delay":          ["gateware/post/test_selection.py", "-k", "cost_delay"],
-    "left_right":          ["gateware/post/test_left_right.py"],
-    "left_right_check":    ["gateware/post/test_left_right.py"],
-    "line_buffer":         ["gateware/matcher/test_pixels.py", "-k", "line_buffer"],
-    "median":              ["gateware/post/test_map.py", "-k", "median"],
-    # The proof requires all marks, the peripheral does not.
-    "pair_reader":         ["formal/test_formal.py", "gateware/peripherals/test_stereo_peripheral.py",
-                            "-k", "test_stereo_peripheral or passes and PairReader"],
-    "stereo_crossing":     ["gateware/peripherals/test_stereo_peripheral.py", "-k", "crossed or faster"],
-    "port_crossing":       ["gateware/memory/test_port_crossing.py", "gateware/peripherals/test_stereo_peripheral.py",
-                            "-k", "test_port_crossing or crossed or faster"],
-    "prefilter":           ["gateware/matcher/test_pixels.py", "-k", "prefilter"],
-    "pulse_crossing":      ["formal/test_formal.py", "-k", "passes and PulseCrossing"],
-    "raster":              ["gateware/matcher/test_pixels.py", "-k", "raster"],
-    "stream_writer":       ["gateware/peripherals/test_stereo_peripheral.py"],
-    "subpixel":            ["gateware/post/test_selection.py", "-k", "subpixel or neighbours"],
-    "uniqueness":          ["gateware/post/test_selection.py", "-k", "uniqueness or cost_limit"],
-    "selection":           ["gateware/post/test_selection.py", "-k", "whole_selection"],
-    "vote_row":            ["gateware/post/test_left_right.py"],
-    "winner":              ["gateware/post/test_selection.py", "-k", "winner"],
-}
-
-#: Seconds that the tests of a mutant may take: a mutant that makes them hang is reported as such.
-LIMIT_S = 1800
+from .areas import AREAS, Area
+from .explained import EXPLAINED
+from .judge import CampaignError, Judge, Verdict
+from .mutant import Mutant, shuffled
 
 
-def outcome(mutant: Mutant, sources: str) -> str:
-    """Return the verdict of the core's tests: "survived", "caught" or "hung"."""
-    folder = build_directory() / "mutation"
-    known  = folder / "results" / f"{content_key([mutant.source, sources, *TESTS[mutant.core]])}.txt"
-    if known.is_file():
-        return known.read_text()
-    copy = folder / "copy" / "litestereo"
-    shutil.rmtree(copy, ignore_errors=True)
-    copy.mkdir(parents=True)
-    for package in ("firmware", "host_tools", "sim", "soc"):
-        (copy / package).symlink_to(CHECKOUT / package)
-    shutil.copytree(GATEWARE, copy / "gateware", ignore=shutil.ignore_patterns("__pycache__"))
-    source_of(copy / "gateware", mutant.core).write_text(mutant.source)
-    # Each simulator runs once and briefly, so most of the time is for compiling it.
-    environment = os.environ | {"PYTHONPATH": str(copy.parent), "PYTHONDONTWRITEBYTECODE": "1",
-                                "LITESTEREO_BUILD": str(folder / "build"),
-                                "LITESTEREO_OPTIMIZATION": "-O0", "MAKEFLAGS": " -- OPT_GLOBAL=-O0"}
-    command = [sys.executable, "-m", "pytest", "-q", "-x", "--no-header", "-p", "no:cacheprovider",
-               *(f"tests/{part}" if part.endswith(".py") else part for part in TESTS[mutant.core])]
-    log = folder / "tests.log"
-    with open(log, "w") as output:
+@dataclass
+class Tally:
+    """The mutants of an area, by what their tests say."""
+    caught:    list[Mutant] = field(default_factory=list)
+    hung:      list[Mutant] = field(default_factory=list) #: Of the caught ones, those whose tests did not end.
+    explained: list[Mutant] = field(default_factory=list)
+    survived:  list[Mutant] = field(default_factory=list)
+
+    @property
+    def drawn(self) -> int:
+        """Return how many were judged."""
+        return len(self.caught) + len(self.explained) + len(self.survived)
+
+    def add(self, mutant: Mutant, result: str) -> str:
+        """Count a verdict; return it, "explained" for a survivor of the list."""
+        if result == "survived" and (mutant.file, mutant.code, mutant.before, mutant.after) in EXPLAINED:
+            result = "explained"
+        getattr(self, "caught" if result == "hung" else result).append(mutant)
+        if result == "hung":
+            self.hung.append(mutant)
+        return result
+
+
+def files_of(area: Area) -> list[str]:
+    """Return the files that faults are drawn from."""
+    return [area.prefix + name for name in area.tests]
+
+
+def judged(area: Area, mutants: Iterable[Mutant], judges: list[Judge]) -> Iterator[tuple[Mutant, Verdict]]:
+    """Yield mutants with their verdicts, in their order; each judge has one at a time."""
+    free: SimpleQueue[Judge] = SimpleQueue()
+    for judge in judges:
+        free.put(judge)
+
+    def one(mutant: Mutant) -> Verdict:
+        judge = free.get()
         try:
-            status = subprocess.run(command, cwd=CHECKOUT, env=environment, stdout=output, stderr=subprocess.STDOUT,
-                                    timeout=LIMIT_S, check=False).returncode
-        except subprocess.TimeoutExpired:
-            # Not recorded: the computer may have been busy.
-            return "hung"
-    # 1: a test failed; 2: the core could not be made; below 0: its simulation was killed.
-    if status > 2:
-        raise RuntimeError(f"pytest ended with status {status}: see {log}")
-    result = "caught" if status else "survived"
-    known.parent.mkdir(parents=True, exist_ok=True)
-    known.write_text(result)
-    shutil.rmtree(folder / "build", ignore_errors=True)
-    return result
+            return judge.judge(area, mutant)
+        finally:
+            free.put(judge)
+
+    mutants = list(mutants)
+    pool    = ThreadPoolExecutor(len(judges))
+    try:
+        yield from zip(mutants, pool.map(one, mutants), strict=True)
+    finally:
+        pool.shutdown(cancel_futures=True)
+
+
+def campaign(area: Area, files: list[str], count: int, seed: int, judges: list[Judge]) -> Tally:
+    """Judge `count` mutants of an area; those that the compiler refuses do not count."""
+    tally   = Tally()
+    mutants = shuffled(area.faults, files, seed)
+    while tally.drawn < count and (drawn := list(islice(mutants, count - tally.drawn))):
+        for mutant, verdict in judged(area, drawn, judges):
+            if verdict.result != "refused":
+                result = tally.add(mutant, verdict.result)
+                print(f"{result:10} {verdict.seconds:6.1f} s  {mutant.name[:150]}", flush=True)
+    return tally
 
 
 def main() -> int:
-    """Judge the mutants; the exit status is 1 if one survives that is not known to be equivalent."""
-    parser = argparse.ArgumentParser(prog="mutation")
-    parser.add_argument("--count", type=int, default=50, help="mutants to draw (default: %(default)s)")
+    """Judge the mutants; the exit status is 1 if one survives that is not explained."""
+    parser = argparse.ArgumentParser(prog="mutation", description="put small faults into files, and run their tests")
+    parser.add_argument("--areas", nargs="+", choices=AREAS, default=list(AREAS), metavar="AREA",
+                        help=f"what to break: {', '.join(AREAS)} (default: all)")
+    parser.add_argument("--count", type=int, default=50, help="mutants of each area (default: %(default)s)")
     parser.add_argument("--seed", type=int, default=1, help="what draws them (default: %(default)s)")
-    parser.add_argument("--cores", nargs="+", choices=sorted(TESTS), default=sorted(TESTS), help="cores to break")
+    parser.add_argument("--files", nargs="+", metavar="FILE",
+                        help="draw from these files only, such as gateware/post/border.py")
+    parser.add_argument("--jobs", type=int, default=1, help="mutants to judge at a time (default: %(default)s)")
     options = parser.parse_args()
-    sources = source_key(GATEWARE, CHECKOUT / "sim", CHECKOUT / "tests" / "gateware", CHECKOUT / "tests" / "support")
-    judged  = {"caught": [], "hung": [], "equivalent": [], "survived": []}
-    for mutant in drawn(GATEWARE, options.cores, options.count, options.seed):
-        # Tests that already fail would catch every mutant.
-        whole = Mutant(mutant.core, 0, "none", "", "", "", source_of(GATEWARE, mutant.core).read_text())
-        if outcome(whole, sources) != "survived":
-            print(f"mutation: the tests of {mutant.core} fail, or take too long, without a fault", file=sys.stderr)
-            return 1
-        begun  = time.monotonic()
-        result = outcome(mutant, sources)
-        if result == "survived" and (mutant.core, mutant.code, mutant.before, mutant.after) in EQUIVALENT:
-            result = "equivalent"
-        judged[result].append(mutant)
-        print(f"{result:10} {time.monotonic() - begun:6.1f} s  {mutant.name[:90]}", flush=True)
-    for mutant in judged["survived"]:
-        print(f"survived: {mutant.name}")
-    print(", ".join(f"{len(mutants)} {result}" for result, mutants in judged.items()) + ".")
-    return 1 if judged["survived"] else 0
+    wanted  = {name: [file for file in files_of(AREAS[name]) if not options.files or file in options.files]
+               for name in options.areas}
+    if unknown := set(options.files or []) - {file for files in wanted.values() for file in files}:
+        parser.error(f"no such file in these areas: {', '.join(sorted(unknown))}")
+    tallies = {}
+    try:
+        judges = [Judge(number) for number in range(options.jobs)]
+        for name, files in wanted.items():
+            if files:
+                print(f"{name}:", flush=True)
+                tallies[name] = campaign(AREAS[name], files, options.count, options.seed, judges)
+    except CampaignError as error:
+        print(f"mutation: {error}", file=sys.stderr)
+        return 1
+    for tally in tallies.values():
+        for mutant in tally.survived:
+            print(f"survived: {mutant.name}\n{mutant.diff}")
+    print(table(tallies))
+    return int(any(tally.survived for tally in tallies.values()))
+
+
+def table(tallies: dict[str, Tally]) -> str:
+    """Return the counts of all areas."""
+    rows = [f"{'area':12} {'drawn':>6} {'caught':>7} {'(hung)':>7} {'explained':>10} {'survived':>9}"]
+    for name, tally in tallies.items():
+        rows.append(f"{name:12} {tally.drawn:6} {len(tally.caught):7} {f'({len(tally.hung)})':>7} "
+                    f"{len(tally.explained):10} {len(tally.survived):9}")
+    return "\n".join(rows)
 
 
 if __name__ == "__main__":
