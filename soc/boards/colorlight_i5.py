@@ -17,7 +17,9 @@ class ColorlightI5(ColorlightSoC):
     preset       = Preset(
         disparities    = 32,
         max_block_size = 7,
+        max_width      = 512,
         features       = STEREO_BM,
         sys_clk_freq   = 60000000,
+        streaming      = False,
         with_icmp      = False,
     )

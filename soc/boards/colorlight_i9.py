@@ -17,7 +17,7 @@ class ColorlightI9(ColorlightSoC):
         disparities    = 64,
         max_block_size = 9,
         features       = STEREO_BM,
-        sys_clk_freq   = 75000000,
+        sys_clk_freq   = 62500000,
         with_icmp      = False,
         density        = 0.7,
     )

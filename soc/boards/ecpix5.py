@@ -19,7 +19,7 @@ from liteeth.phy.ecp5rgmii import LiteEthPHYRGMII
 
 from litex_boards.platforms.lambdaconcept_ecpix5 import Platform
 
-from .board_soc import BoardSoC, SDR_SETTINGS
+from .board_soc import BoardSoC, ROUTER, SDR_SETTINGS
 from .preset    import STEREO_BM, Preset
 
 # Clocks -------------------------------------------------------------------------------------------
@@ -85,8 +85,7 @@ class ECPIX5(BoardSoC):
     matcher_clock = True
     # Turning DDR3's bus costs clocks as well.
     memory_settings = SDR_SETTINGS
-    # The default router does not converge.
-    nextpnr_options = ("--router", "router2")
+    nextpnr_options = ROUTER
     preset        = Preset(
         disparities    = 128,
         max_block_size = 15,
@@ -94,7 +93,7 @@ class ECPIX5(BoardSoC):
         sys_clk_freq   = 75000000,
         matcher_hz     = 100000000,
         with_icmp      = False,
-        density        = 0.9,
+        density        = 0.7,
     )
 
     def make_platform(self):
