@@ -20,8 +20,9 @@ from support.pairs import generator
 from support.settings import OpenCVDraws
 
 #: Number of drawn settings; `make sweep` draws more.
-SETTINGS = int(os.environ.get("LITESTEREO_SETTINGS", "200"))
-PARTS    = 4
+USUAL_SETTINGS = 200
+SETTINGS       = int(os.environ.get("LITESTEREO_SETTINGS", USUAL_SETTINGS))
+PARTS          = 4
 
 #: Pairs several times as large as the others get a tenth of the settings.
 LARGE_PAIRS = ("aloe",)
@@ -81,4 +82,5 @@ def test_awkward_images(matchers):
             disparity, *_ = matchers[LARGEST].match_settings(left, right, settings)
             same_as_opencv(disparity, left, right, settings)
             images += 1
-    draws.check()
+    if SETTINGS >= USUAL_SETTINGS:
+        draws.check()
