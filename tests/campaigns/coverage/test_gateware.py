@@ -11,11 +11,11 @@ import pytest
 from litex.gen import LiteXModule
 from litex.gen.fhdl import verilog
 from migen import If, Memory, Signal
+from migen.genlib.cdc import GrayCounter
 
 from campaigns.coverage import __main__ as page
 from campaigns.coverage import gateware
 from campaigns.coverage.gateware import Line, dead_lines, lines_of, low, read
-from litestereo.gateware.common.pulse_crossing import PulseCrossing
 from litestereo.sim.cores.owners import owners
 from litestereo.sim.cores.verilated import PortsTop
 
@@ -118,11 +118,21 @@ def test_lines_are_of_the_innermost_core():
     assert not [line for found in inside.values() for line in found if "state" in line.text]
 
 
+class Counting(LiteXModule):
+    """A core with a part of migen."""
+    __module__ = "litestereo.gateware.sums.counting"
+
+    def __init__(self):
+        self.counter = GrayCounter(3)
+        self.comb += self.counter.ce.eq(1)
+
+
 def test_parts_of_libraries_belong_to_the_core():
-    """GrayCounters and synchronizers are lines of the core that has them."""
-    _, known = emitted(PulseCrossing("sys", "sys"))
-    assert [name for name, _ in known["cores"]] == ["PulseCrossing"]
-    assert known["targets"]
+    """Lines of counters, FIFOs and states are of the core that has them."""
+    source, known = emitted(Counting())
+    assert known["cores"] == [["Counting", "litestereo.gateware.sums.counting"]]
+    (lines,) = by_core(source, known).values()
+    assert any(line.text.startswith("q <=") for line in lines)
 
 
 @pytest.fixture

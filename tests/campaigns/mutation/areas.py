@@ -70,6 +70,7 @@ PIXEL_PATH = {
 }
 
 MEMORY = {
+    "line_reader.py":   ("gateware/memory/test_line_reader.py",),
     # The proof requires all marks, the peripheral does not.
     "pair_reader.py":   (f"{PROOF}[PairReader]", PERIPHERAL),
     "ports.py":         (PERIPHERAL,),

@@ -114,6 +114,7 @@ def test_payloads_come_back():
     assert payloads.Capabilities.unpack(CAPABILITIES.pack()) == CAPABILITIES
     assert len(STATUS.pack()) == 16
     assert payloads.FrameStatus.unpack(STATUS.pack()) == STATUS
+    assert payloads.UpdateProgress.unpack(PROGRESS.pack()) == PROGRESS
     assert payloads.unpack_number(payloads.pack_number(0xfedcba98)) == 0xfedcba98
     assert payloads.unpack_opened(payloads.pack_opened(1, 41984)) == (1, 41984)
     counters = {name: index for index, name in enumerate(payloads.COUNTERS)}
