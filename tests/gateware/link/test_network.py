@@ -170,10 +170,12 @@ def fast_wire():
 
 @pytest.fixture(autouse=True)
 def fresh(request):
-    # A reset takes some clocks to reach the other clock domain.
+    # A reset takes some clocks to reach the other clock domain, and the crossings some more to agree on it.
     for name in {"host", "fast_wire"} & set(request.fixturenames):
+        core = request.getfixturevalue(name).core
         for _ in range(8):
-            request.getfixturevalue(name).core.reset()
+            core.reset()
+        core.run(np.zeros(0, np.uint32), 1, ready=0.0, idle_clocks=64)
 
 
 def test_arp(host):
