@@ -71,6 +71,16 @@ def inside_layout():
     """Return which columns and rows of the 2 x 2 pixels of each camera's position are inside of the image."""
     return [(f"{camera}_{axis}_inside", 2) for camera in CAMERAS for axis in ("columns", "rows")]
 
+def judged_position_layout(parameters):
+    """Return a position of both cameras with the counts of complete rows that decide when it may be read."""
+    return source_position_layout(parameters) + inside_layout() + [
+        ("needed",     parameters.count_bits), # Before that a row is missing.
+        ("left_used",  1),                     # The camera has a pixel there at all.
+        ("left_gone",  parameters.count_bits), # From there on a row of it is gone.
+        ("right_used", 1),
+        ("right_gone", parameters.count_bits),
+    ]
+
 def pair_write_layout(parameters):
     """Return a raw pair and its place in the rings."""
     return ring_write_layout(parameters)[:2] + pixel_pair_layout()

@@ -178,11 +178,13 @@ class MapGrid(LiteXModule):
 
     def add_node_addresses(self, limits, walk, row_ends, address):
         """Read the upper node in phase 0, the one below in phase 1 and until the next node."""
-        first, below = Signal.like(address), Signal.like(address) # First nodes of both rows of nodes.
-        upper, lower = Signal.like(address), Signal.like(address) # Nodes in this column.
-        start        = Signal.like(address)
-        next_first   = Signal.like(address)
-        next_below   = Signal.like(address)
+        first      = Signal.like(address) # First nodes of both rows of nodes.
+        below      = Signal.like(address)
+        upper      = Signal.like(address) # Nodes in this column.
+        lower      = Signal.like(address)
+        start      = Signal.like(address)
+        next_first = Signal.like(address)
+        next_below = Signal.like(address)
         self.comb += [
             address.eq(Mux(walk.phase == 0, upper, lower)),
             start.eq(Mux(self.grid, self.parameters.nodes, 0)),
@@ -244,8 +246,9 @@ class MapGrid(LiteXModule):
             starts = [Signal(EDGE_BITS) for _ in edges],
             steps  = [Signal(EDGE_BITS + 1) for _ in edges],
         )
-        before = [Signal(EDGE_BITS) for _ in edges]
-        folded, folded_before = Signal(), Signal()
+        before        = [Signal(EDGE_BITS) for _ in edges]
+        folded        = Signal() # Of this column of nodes,
+        folded_before = Signal() # and of the one before.
         self.comb += [
             walk.hold.eq((walk.node != 0) & piece.valid & ~piece.take),
             # Rows fold, columns of nodes do not: edges alternate between column and row.
@@ -271,14 +274,15 @@ class MapGrid(LiteXModule):
 
     def add_pixels(self, limits, piece):
         """Add up the steps of each piece, and add the pixel's own place; return whether a piece is under way."""
-        source       = self.source
-        active       = Signal()
-        advance      = Signal()
-        piece_ends   = Signal()
-        place        = Signal(STEP_BITS)
-        column, row  = Signal.like(limits.column), Signal.like(limits.row)
-        last_column  = Signal()
-        folded       = Signal()
+        source      = self.source
+        active      = Signal()
+        advance     = Signal()
+        piece_ends  = Signal()
+        place       = Signal(STEP_BITS)           # Column in the piece.
+        column      = Signal.like(limits.column)
+        row         = Signal.like(limits.row)
+        last_column = Signal()
+        folded      = Signal()
         self.comb += [
             advance.eq(active & (~source.valid | source.ready)),
             last_column.eq(column == limits.column),

@@ -185,8 +185,10 @@ class Rectifier(LiteXModule):
         sink, source, fifo = self.sink, self.source, self.fifo
         passing     = Signal()
         moves       = Signal()
-        column, row = Signal.like(held.width), Signal.like(held.height)
-        last_column, last_row = Signal.like(held.width), Signal.like(held.height)
+        column      = Signal.like(held.width)
+        row         = Signal.like(held.height)
+        last_column = Signal.like(held.width)
+        last_row    = Signal.like(held.height)
         self.comb += [
             moves.eq(held.bypass & sink.valid & sink.ready),
             If(held.bypass,

@@ -110,8 +110,11 @@ class RowRing(LiteXModule):
     def add_choice(self, words):
         """Give each of the four pixels the word of its bank, or 0, at clock 4."""
         sink, source = self.sink, self.source
-        odd_row, odd_column = delayed(self, sink.slot[0], 3), delayed(self, sink.column[0], 3)
-        rows, columns       = delayed(self, sink.rows_inside, 3), delayed(self, sink.columns_inside, 3)
+        # Of the clock in which the words are there.
+        odd_row      = delayed(self, sink.slot[0], 3)
+        odd_column   = delayed(self, sink.column[0], 3)
+        rows         = delayed(self, sink.rows_inside, 3)
+        columns      = delayed(self, sink.columns_inside, 3)
         for row in range(2):
             for column in range(2):
                 # The bank has the parity of the first one, or the other parity.

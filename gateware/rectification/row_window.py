@@ -56,12 +56,14 @@ class RowWindow(LiteXModule):
         # # #
 
         self.parameters = parameters
-        limits   = self.add_limits()
-        counts   = self.add_counts()
-        self.add_rows(limits, counts)
-        position = self.add_judgement(limits)
-        self.add_frame(position, counts)
-        self.add_slots(position, counts)
+        self.limits   = self.add_limits()
+        self.counts   = self.add_counts()
+        self.inside   = stream.Endpoint(source_position_layout(parameters) + inside_layout())
+        self.position = stream.Endpoint(judged_position_layout(parameters))
+        self.add_rows(self.limits, self.counts)
+        self.add_judgement(self.limits, self.inside, self.position)
+        self.add_frame(self.position, self.counts)
+        self.add_slots(self.position, self.counts)
 
     def add_limits(self):
         """Register what depends on the size: last column and row."""
@@ -89,7 +91,8 @@ class RowWindow(LiteXModule):
     def add_rows(self, limits, counts):
         """Accept the pairs of a frame row by row, and put them into the slot under way."""
         raw, write  = self.raw, self.write
-        column, row = Signal.like(limits.column), Signal.like(limits.row)
+        column      = Signal.like(limits.column)
+        row         = Signal.like(limits.row)
         moves       = Signal()
         last_column = Signal()
         self.comb += [
@@ -128,20 +131,11 @@ class RowWindow(LiteXModule):
 
     # Positions ------------------------------------------------------------------------------------
 
-    def add_judgement(self, limits):
-        """Find out which neighbours of a position are inside of the image, then which rows that takes.
-
-        Return the position with it: per camera `used`, whether there is any; `gone`, the count of complete rows from
-        which on a row is gone; for both cameras `needed`, the count of complete rows before which one is missing.
-        """
-        parameters = self.parameters
-        sink       = self.sink
-        bits       = parameters.position_bits
-        inside     = stream.Endpoint(sink.description.payload_layout + inside_layout())
-        position   = stream.Endpoint(inside.description.payload_layout + [
-            ("needed", parameters.count_bits), ("left_gone", parameters.count_bits),
-            ("right_gone", parameters.count_bits), ("left_used", 1), ("right_used", 1)])
-        move       = Signal()
+    def add_judgement(self, limits, inside, position):
+        """Find out which neighbours of a position are inside of the image, then which rows that takes."""
+        sink = self.sink
+        bits = self.parameters.position_bits
+        move = Signal()
         self.comb += [
             move.eq(~position.valid | self.taken),
             sink.ready.eq(move),
@@ -168,7 +162,6 @@ class RowWindow(LiteXModule):
         self.sync += If(move,
             position.needed.eq(Mux(needs[0] > needs[1], needs[0], needs[1]))
         )
-        return position
 
     def add_rows_of(self, camera, move, inside, position):
         """Return the count of complete rows that a camera's position needs, 0 if none."""

@@ -118,7 +118,7 @@ def test_frames_back_to_back(bench, flow):
     for number, pair in enumerate(grids):
         bench.load(number, pair)
     bench.set(width, height, lead, 0)
-    result = bench.run(raws, 6*width*height, flow)
+    result = bench.run(raws, 6*width*height + 1, flow)
     assert len(result.words) == 6*width*height and not bench.core.get("row_gone")
     for got, raw in zip(images_of(result.words, width, height), raws, strict=True):
         check_pair(got, raw, maps[0])
@@ -200,7 +200,7 @@ def test_too_few_rows(bench):
             raw   = drawn_pair(width, height, rng)
             # While the source of the frame waits, rows come in as far as they may.
             assert rectified(bench, raw, grids, lead, Flow(1.0, 0.3))[1] == small
-            result = bench.run([raw], width*height, Flow(1.0, 0.3))
+            result = bench.run([raw], width*height + 1, Flow(1.0, 0.3))
             wrong  = [image[image != model.remap(raw_image, positions)] for image, raw_image, positions
                       in zip(images_of(result.words, width, height)[0], raw, maps, strict=True)]
             assert (len(wrong[0]) > 0) == small and len(wrong[1]) == 0 and not wrong[0].any()
