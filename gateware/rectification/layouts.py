@@ -44,7 +44,7 @@ def ring_position_layout(parameters):
     A pixel that does not count, because it is outside of the image or gone, is 0.
     """
     return [
-        ("slot",            parameters.slot_bits),     # Row of the ring.
+        ("track",           parameters.track_bits),    # Memory of a row in the ring.
         ("column",          parameters.position_bits), # Two's complement.
         ("columns_inside",  2),                        # Bit 0: this column, bit 1: the next one.
         ("rows_inside",     2),
@@ -55,7 +55,7 @@ def ring_position_layout(parameters):
 def ring_write_layout(parameters):
     """Return a raw pixel and its place in the ring."""
     return [
-        ("slot",   parameters.slot_bits),
+        ("track",  parameters.track_bits),
         ("column", bits_for(parameters.max_width - 1)),
         ("pixel",  PIXEL_BITS),
     ]

@@ -80,7 +80,7 @@ class RectifierParameters:
         return bits_for(max(self.max_width, self.max_height) + REACH) + 1
 
     @property
-    def slot_bits(self):
+    def track_bits(self):
         """Bits of the number of a row in the ring."""
         return bits_for(self.rows - 1)
 

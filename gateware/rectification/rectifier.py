@@ -123,7 +123,7 @@ class Rectifier(LiteXModule):
         for camera, remap in zip(CAMERAS, self.remaps):
             self.comb += [
                 remap.write.valid.eq(window.write.valid),
-                remap.write.slot.eq(window.write.slot),
+                remap.write.track.eq(window.write.track),
                 remap.write.column.eq(window.write.column),
                 remap.write.pixel.eq(getattr(window.write, camera)),
                 remap.sink.valid.eq(window.source.valid),

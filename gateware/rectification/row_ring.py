@@ -23,9 +23,9 @@ def times(signal, constant):
 class RowRing(LiteXModule):
     """The newest rows of an image, of which any 2 x 2 pixels can be read in each clock.
 
-    Four banks, by parity of slot and column: each has exactly one of the four pixels. A row of the ring, a slot, is
-    `bank_columns` words of two banks. The next row is in the next slot; after the last slot comes slot 0, and as their
-    number is even, the parity alternates there too.
+    Four banks, by parity of track and column: each has exactly one of the four pixels. A track, the memory of a row,
+    is `bank_columns` words of two banks. The next row is in the next track; after the last one comes track 0, and as
+    their number is even, the parity alternates there too.
 
     A pixel is written as many clocks after it came in as addresses are read after theirs came in. So what counts is the
     order at `write` and `sink`: a position reads all that was written in clocks before its own.
@@ -50,11 +50,11 @@ class RowRing(LiteXModule):
         address    = Signal(max=parameters.bank_words + 1)
         enables    = [[Signal() for _ in range(2)] for _ in range(2)]
         valid      = delayed(self, write.valid,     1)
-        odd_row    = delayed(self, write.slot[0],   1)
+        odd_row    = delayed(self, write.track[0],  1)
         column     = delayed(self, write.column,    1)
         pixel      = delayed(self, write.pixel,     2)
         self.sync += [
-            base.eq(times(write.slot[1:], parameters.bank_columns)),
+            base.eq(times(write.track[1:], parameters.bank_columns)),
             address.eq(base + column[1:]),
             [enables[row][odd].eq(valid & (odd_row == row) & (column[0] == odd))
                 for row in range(2) for odd in range(2)],
@@ -66,13 +66,13 @@ class RowRing(LiteXModule):
         parameters = self.parameters
         sink       = self.sink
         # The even one of two neighbours is the next one if the first is odd; the odd one has the number of the first.
-        slots      = [Signal(max=parameters.rows//2 + 1) for _ in range(2)]
-        next_slot  = Signal(max=parameters.rows//2 + 1)
+        tracks     = [Signal(max=parameters.rows//2 + 1) for _ in range(2)]
+        next_track = Signal(max=parameters.rows//2 + 1)
         columns    = [Signal(parameters.position_bits - 1) for _ in range(2)]
         self.comb += [
-            next_slot.eq(sink.slot[1:] + sink.slot[0]),
-            slots[0].eq(Mux(next_slot == parameters.rows//2, 0, next_slot)),
-            slots[1].eq(sink.slot[1:]),
+            next_track.eq(sink.track[1:] + sink.track[0]),
+            tracks[0].eq(Mux(next_track == parameters.rows//2, 0, next_track)),
+            tracks[1].eq(sink.track[1:]),
             columns[0].eq(sink.column[1:] + sink.column[0]),
             columns[1].eq(sink.column[1:]),
         ]
@@ -82,7 +82,7 @@ class RowRing(LiteXModule):
         places  = [Signal(max=parameters.bank_columns) for _ in range(2)]
         address = [[Signal(max=parameters.bank_words) for _ in range(2)] for _ in range(2)]
         self.sync += [
-            [base.eq(times(slot, parameters.bank_columns)) for base, slot in zip(bases, slots)],
+            [base.eq(times(track, parameters.bank_columns)) for base, track in zip(bases, tracks)],
             [place.eq(only_if(counts, column)) for place, counts, column in zip(places, inside, columns)],
             [address[row][odd].eq(bases[row] + places[odd]) for row in range(2) for odd in range(2)],
         ]
@@ -111,7 +111,7 @@ class RowRing(LiteXModule):
         """Give each of the four pixels the word of its bank, or 0, at clock 4."""
         sink, source = self.sink, self.source
         # Of the clock in which the words are there.
-        odd_row      = delayed(self, sink.slot[0], 3)
+        odd_row      = delayed(self, sink.track[0], 3)
         odd_column   = delayed(self, sink.column[0], 3)
         rows         = delayed(self, sink.rows_inside, 3)
         columns      = delayed(self, sink.columns_inside, 3)

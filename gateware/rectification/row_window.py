@@ -23,13 +23,13 @@ class RowWindow(LiteXModule):
     Both rings hold the same rows: pairs come in together, and positions leave together. Rows are counted from the first
     one of the frame whose positions are read:
 
-        written    rows that are complete. The next one may be under way, in slot `slot`; rows of the next frame follow
+        written    rows that are complete; the next one may be under way; rows of the next frame follow
         needed     rows that the positions of this frame have needed so far: the lowest neighbour's row, plus 1
 
     - A row may come in while `written` < `needed` + `lead`. So the source is stopped `lead` rows ahead of the newest
       row that was needed, and never waits for a row that must come first.
     - A position waits until its rows are complete: `written` >= its rows.
-    - A row r is gone when `written` > r + rows - 1: then its slot is that of the row under way, or has been since. The
+    - Row r is gone when `written` > r + rows - 1: then its track is that of the row under way, or has been since. The
       pixel is 0, as outside of the image, and ``row_gone`` is set. With enough rows in the ring that never happens.
     - Neighbours outside of the image need no row. A position without any neighbour inside neither waits nor is gone.
     - After a frame's last position its remaining rows come in; then the count goes on with the next frame's.
@@ -63,7 +63,7 @@ class RowWindow(LiteXModule):
         self.add_rows(self.limits, self.counts)
         self.add_judgement(self.limits, self.inside, self.position)
         self.add_frame(self.position, self.counts)
-        self.add_slots(self.position, self.counts)
+        self.add_tracks(self.position, self.counts)
 
     def add_limits(self):
         """Register what depends on the size: last column and row."""
@@ -75,21 +75,21 @@ class RowWindow(LiteXModule):
         return limits
 
     def add_counts(self):
-        """Return counts of rows, the slot of the row under way, and what changes them."""
+        """Return counts of rows, the track of the row under way, and what changes them."""
         bits = self.parameters.count_bits
         return SimpleNamespace(
             written = Signal(bits),
             needed  = Signal(bits),
-            limit   = Signal(bits),                      # `needed` + `lead`, a clock later.
-            slot    = Signal(self.parameters.slot_bits),
-            row     = Signal(),                          # A row is complete (pulse).
-            frame   = Signal(),                          # So are all of a frame, and its positions have left (pulse).
+            limit   = Signal(bits),                       # `needed` + `lead`, a clock later.
+            track   = Signal(self.parameters.track_bits),
+            row     = Signal(),                           # A row is complete (pulse).
+            frame   = Signal(),                           # So are all of a frame, and its positions have left (pulse).
         )
 
     # Rows -----------------------------------------------------------------------------------------
 
     def add_rows(self, limits, counts):
-        """Accept the pairs of a frame row by row, and put them into the slot under way."""
+        """Accept the pairs of a frame row by row, and put them into the track under way."""
         raw, write  = self.raw, self.write
         column      = Signal.like(limits.column)
         row         = Signal.like(limits.row)
@@ -108,9 +108,9 @@ class RowWindow(LiteXModule):
             If(counts.row,
                 column.eq(0),
                 row.eq(row + 1),
-                counts.slot.eq(counts.slot + 1),
-                If(counts.slot == self.parameters.rows - 1,
-                    counts.slot.eq(0)
+                counts.track.eq(counts.track + 1),
+                If(counts.track == self.parameters.rows - 1,
+                    counts.track.eq(0)
                 ),
                 If(row == limits.row,
                     self.writing.eq(0)
@@ -123,7 +123,7 @@ class RowWindow(LiteXModule):
         ]
         self.comb += [
             write.valid.eq(delayed(self, moves, 2)),
-            write.slot.eq(delayed(self, counts.slot, 2)),
+            write.track.eq(delayed(self, counts.track, 2)),
             write.column.eq(delayed(self, column, 2)),
             write.left.eq(delayed(self, raw.left, 2)),
             write.right.eq(delayed(self, raw.right, 2)),
@@ -209,12 +209,12 @@ class RowWindow(LiteXModule):
             ),
         ]
 
-    def add_slots(self, position, counts):
-        """Find the slot of a position's upper row from its distance to the row under way."""
+    def add_tracks(self, position, counts):
+        """Find the track of a position's upper row from its distance to the row under way."""
         source = self.source
         rows   = self.parameters.rows
         gone   = Signal(len(CAMERAS))
-        slot   = delayed(self, counts.slot, 1)
+        track  = delayed(self, counts.track, 1)
         for number, camera in enumerate(CAMERAS):
             counted  = Signal()
             distance = Signal(max=rows + 1)
@@ -226,11 +226,11 @@ class RowWindow(LiteXModule):
                 counted.eq(getattr(position, f"{camera}_used") & ~gone[number]),
                 # 1 to rows - 1 for a row of the image, rows for the one above it.
                 distance.eq(counts.written - getattr(position, f"{camera}_row")),
-                inner.eq(slot - back),
+                inner.eq(track - back),
             ]
             self.sync += [
                 back.eq(only_if(counted, distance)),
-                getattr(source, f"{camera}_slot").eq(inner + Mux(inner[-1], rows, 0)),
+                getattr(source, f"{camera}_track").eq(inner + Mux(inner[-1], rows, 0)),
             ]
             # A row that is gone counts as outside.
             inside = Signal(2)

@@ -80,7 +80,7 @@ TASKS = [
     Task("PairGate", pair_gate, 16),
     Task("SendQueue", send_queue, 6, 1, 24),
     Task("MapParts", map_parts, 8, 1, 20),
-    Task("RowWindow", row_window, 8, 4, 34),
+    Task("RowWindow", row_window, 8, 4, 24),
     Task("RowRing", row_ring, 8),
 ]
 

@@ -35,7 +35,7 @@ def _before(proof: Proof, signal, clocks: int) -> Signal:
 
 
 def row_window(make=RowWindow) -> Proof:
-    """Prove counts, slots and marks of positions of any kind, for frames of any size, one after the other."""
+    """Prove counts, tracks and marks of positions of any kind, for frames of any size, one after the other."""
     core  = make(SMALL)
     proof = Proof(core)
     rows  = SMALL.rows
@@ -80,12 +80,12 @@ def row_window(make=RowWindow) -> Proof:
         whole.eq(whole + row_ends - Mux(frame_ends, height, 0)),
     ]
     proof.prove("complete rows are counted", counts.written == whole)
-    proof.prove("rows fill the slots in order", counts.slot == ring)
+    proof.prove("rows fill the tracks in order", counts.track == ring)
     proof.prove("a row comes in up to `lead` rows before it is needed",
                 ~moves | (column != 0) | (whole < counts.needed + lead))
     proof.prove("no pair beyond the frame", ~core.raw.ready | (core.writing & (row < height) & (column < width)))
     proof.prove("each pair is written two clocks later", core.write.valid == _before(proof, moves, 2))
-    proof.prove("into its place", ~core.write.valid | ((core.write.slot == _before(proof, ring, 2))
+    proof.prove("into its place", ~core.write.valid | ((core.write.track == _before(proof, ring, 2))
                 & (core.write.column == _before(proof, column, 2))
                 & (core.write.left == _before(proof, core.raw.left, 2))
                 & (core.write.right == _before(proof, core.raw.right, 2))))
@@ -150,30 +150,30 @@ def _camera(proof: Proof, core: RowWindow, camera: str, whole: Signal, ring: Sig
         & (~used | ((getattr(core.position, f"{camera}_gone") == first + rows) & (core.position.needed >= count)))))
     proof.prove(f"{camera}: it needs no row beyond the image", ~core.position.valid | (core.position.needed <= height))
 
-    # Two clocks later: the slot is as far behind the row under way as the row is.
+    # Two clocks later: the track is as far behind the row under way as the row is.
     source    = core.source
-    slot      = getattr(source, f"{camera}_slot")
+    track     = getattr(source, f"{camera}_track")
     marks     = getattr(source, f"{camera}_rows_inside")
     there     = Signal()
     distance  = Signal(6)
     then      = Signal(6)
-    under_way = Signal(8) # Or as many more as there are slots.
+    under_way = Signal(8) # Or as many more as there are tracks.
     now       = _before(proof, ring, 2)
     following = Signal(4)
     proof.comb += [
         there.eq(_before(proof, used & ~gone, 2)),
         distance.eq(whole - place),
         then.eq(_before(proof, distance, 2)),
-        under_way.eq(slot + then),
-        following.eq(Mux(slot == rows - 1, 0, slot + 1)),
+        under_way.eq(track + then),
+        following.eq(Mux(track == rows - 1, 0, track + 1)),
     ]
     proof.prove(f"{camera}: rows that are there count, others do not", ~source.valid | (
         (marks[0] == (there & _before(proof, upper, 2))) & (marks[1] == (there & _before(proof, lower, 2)))))
-    proof.prove(f"{camera}: the slot is that of the row",
+    proof.prove(f"{camera}: the track is that of the row",
                 ~source.valid | ~there | (under_way == now) | (under_way == now + rows))
-    proof.prove(f"{camera}: the slot is in the ring", ~source.valid | (slot < rows))
+    proof.prove(f"{camera}: the track is in the ring", ~source.valid | (track < rows))
     meets = source.valid & core.write.valid & (
-        (marks[0] & (core.write.slot == slot)) | (marks[1] & (core.write.slot == following)))
+        (marks[0] & (core.write.track == track)) | (marks[1] & (core.write.track == following)))
     proof.prove(f"{camera}: no read meets a row that is written", ~meets)
     return gone
 
@@ -184,7 +184,7 @@ def row_ring(make=RowRing) -> Proof:
     proof = Proof(core)
     write, sink = core.write, core.sink
     proof.free(write.valid, sink.valid, *write.payload.flatten(), *sink.payload.flatten())
-    proof.assume("slots and columns are in the ring", (write.slot < SMALL.rows) & (sink.slot < SMALL.rows)
+    proof.assume("tracks and columns are in the ring", (write.track < SMALL.rows) & (sink.track < SMALL.rows)
                  & (write.column < SMALL.max_width))
     column    = Signal(SMALL.position_bits)
     following = Signal(SMALL.position_bits)
@@ -192,21 +192,21 @@ def row_ring(make=RowRing) -> Proof:
     proof.comb += [
         column.eq(sink.column),
         following.eq(sink.column + 1),
-        below.eq(Mux(sink.slot == SMALL.rows - 1, 0, sink.slot + 1)),
+        below.eq(Mux(sink.track == SMALL.rows - 1, 0, sink.track + 1)),
     ]
     proof.assume("columns that count are in the row", (~sink.columns_inside[0] | (column < SMALL.max_width))
                  & (~sink.columns_inside[1] | (following < SMALL.max_width)))
     # A place that the solver chooses, and what it holds for positions of this clock.
-    slot, across = proof.constant(3), proof.constant(6)
+    track, across = proof.constant(3), proof.constant(6)
     value = Signal(8)
     known = Signal()
-    here  = write.valid & (write.slot == slot) & (write.column == across)
+    here  = write.valid & (write.track == track) & (write.column == across)
     proof.sync += If(here, value.eq(write.pixel), known.eq(1))
-    for row, row_slot in enumerate((sink.slot, below)):
+    for row, row_track in enumerate((sink.track, below)):
         for side, place in enumerate((column, following)):
             counts = sink.rows_inside[row] & sink.columns_inside[side]
             reads  = Signal()
-            proof.comb += reads.eq(sink.valid & counts & (row_slot == slot) & (place == across))
+            proof.comb += reads.eq(sink.valid & counts & (row_track == track) & (place == across))
             pixel  = getattr(core.source, f"p{row}{side}")
             proof.assume(f"p{row}{side}: a read does not meet a write", ~reads | ~here)
             proof.prove(f"p{row}{side} is what was written last", ~_before(proof, reads & known, core.latency)

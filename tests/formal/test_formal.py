@@ -147,8 +147,8 @@ FAULTS = {
     "a row read too early": (
         row_window, "row_window", "RowWindow", "(counts.written >= position.needed)",
         "(counts.written + 1 >= position.needed)", "it waits for its rows"),
-    "a slot beyond the ring": (
-        row_ring, "row_ring", "RowRing", "Mux(next_slot == parameters.rows//2, 0, next_slot)", "next_slot",
+    "a track beyond the ring": (
+        row_ring, "row_ring", "RowRing", "Mux(next_track == parameters.rows//2, 0, next_track)", "next_track",
         "is what was written last"),
 }
 

@@ -21,7 +21,8 @@ from litestereo.sim.models import rectification as model
 from support.core_bench import CoreBench
 from support.lanes import unpack
 from support.pairs import generator
-from support.rectification import as_grid, drawn_grids, load_words, noise, opencv_remap
+from support.rectification_maps import as_grid, drawn_grids, noise, opencv_remap
+from support.rectifier_bench import load_words
 
 SMALL = RectifierParameters(max_width=49, max_height=40, rows=8)
 
@@ -192,31 +193,31 @@ def test_remap(width):
     module  = Remap(SMALL)
     core    = PinCore(module, pins_of(module.write, "write") | pins_of(module.sink, "sink"),
                       pins_of(module.source, "source"))
-    slots   = SMALL.rows
-    ring    = np.zeros((slots, width), np.uint8)
+    tracks  = SMALL.rows
+    ring    = np.zeros((tracks, width), np.uint8)
     pending = []
-    for clock in range(slots*width + 2500):
-        slot, column = clock//width % slots, clock % width
+    for clock in range(tracks*width + 2500):
+        track, column = clock//width % tracks, clock % width
         reads = {}
-        if clock >= slots*width:
+        if clock >= tracks*width:
             # Neither the row under way nor, with its lower neighbour, the one above.
-            row   = (slot + int(rng.integers(1, slots - 1))) % slots
+            row   = (track + int(rng.integers(1, tracks - 1))) % tracks
             x     = int(rng.integers(-1, width))
             rows  = int(rng.integers(4))
             sides = (x >= 0) | (x + 1 < width) << 1
             a, b  = (int(rng.integers(32)) for _ in range(2))
-            four  = [ring[(row + dy) % slots, x + dx] if rows >> dy & 1 and sides >> dx & 1 else 0
+            four  = [ring[(row + dy) % tracks, x + dx] if rows >> dy & 1 and sides >> dx & 1 else 0
                      for dy in (0, 1) for dx in (0, 1)]
             pending.append(int(model.blend(*four, a, b)))
-            reads = {"sink_slot": row, "sink_column": x & (1 << SMALL.position_bits) - 1, "sink_rows_inside": rows,
+            reads = {"sink_track": row, "sink_column": x & (1 << SMALL.position_bits) - 1, "sink_rows_inside": rows,
                      "sink_columns_inside": int(sides), "sink_column_fraction": a, "sink_row_fraction": b}
         pixel = int(rng.integers(256))
-        core.set(write_valid=1, write_slot=slot, write_column=column, write_pixel=pixel, sink_valid=bool(reads),
+        core.set(write_valid=1, write_track=track, write_column=column, write_pixel=pixel, sink_valid=bool(reads),
                  **reads)
-        assert core.get("source_valid") == (clock >= slots*width + module.latency)
+        assert core.get("source_valid") == (clock >= tracks*width + module.latency)
         if core.get("source_valid"):
             assert core.get("source_pixel") == pending.pop(0)
-        ring[slot, column] = pixel
+        ring[track, column] = pixel
         core.clock()
     core.close()
 
@@ -228,7 +229,7 @@ def test_remap(width):
     (6, 11, 1, (1.0, 1.0, 1.0)), (7, 8, 0, (0.5, 1.0, 0.6)), (5, 20, 3, (1.0, 0.3, 1.0)), (4, 6, 7, (1.0, 1.0, 0.3)),
 ])
 def test_row_window(width, height, lead, flow):
-    """A position leaves when its rows are complete, with the slot that has them; it is gone when they are not there."""
+    """A position leaves when its rows are complete, with their track; it is gone when they are not there."""
     rng    = generator(304, width)
     module = RowWindow(SMALL)
     raw, sink = module.raw, module.sink
@@ -246,7 +247,7 @@ def test_row_window(width, height, lead, flow):
     columns = np.stack([np.clip(place % width + rng.integers(-2, 3, (2, width*height)), -2, width)
                         for _ in range(frames)])
     offered, taken, begun, accepted, left = [False, False], 0, 0, 0, 0
-    slots, gone = {}, 0                        # Which row of which frame each slot has, complete rows only.
+    tracks, gone = {}, 0                        # Which row of which frame each track has, complete rows only.
     mask = (1 << SMALL.position_bits) - 1
     for _ in range(frames*width*height*8):
         begin = begun < frames and not core.get("writing") and begun*width*height == accepted and rng.random() < 0.5
@@ -271,8 +272,8 @@ def test_row_window(width, height, lead, flow):
                 row, column = rows[frame, side, index], columns[frame, side, index]
                 used   = -1 <= row < height and -1 <= column < width
                 wanted = [y for y in (row, row + 1) if 0 <= y < height] if used else []
-                slot   = core.get(f"source_{camera}_slot")
-                there  = all(slots.get((slot + y - row) % SMALL.rows) == (frame, y) for y in wanted)
+                track  = core.get(f"source_{camera}_track")
+                there  = all(tracks.get((track + y - row) % SMALL.rows) == (frame, y) for y in wanted)
                 marks  = core.get(f"source_{camera}_rows_inside")
                 if wanted and not marks:
                     lost = True
@@ -284,11 +285,11 @@ def test_row_window(width, height, lead, flow):
             left += 1
         if core.get("write_valid"):
             number, column = divmod(core.get("write_left") | core.get("write_right") << 8, width)
-            assert core.get("write_column") == column and core.get("write_slot") == number % SMALL.rows
-            # From then on the next slot is that of the row under way.
+            assert core.get("write_column") == column and core.get("write_track") == number % SMALL.rows
+            # From then on the next track is that of the row under way.
             if column == width - 1:
-                slots[number % SMALL.rows] = divmod(number, height)
-                slots[(number + 1) % SMALL.rows] = None
+                tracks[number % SMALL.rows] = divmod(number, height)
+                tracks[(number + 1) % SMALL.rows] = None
         if offered[0] and core.get("raw_ready"):
             accepted, offered[0] = accepted + 1, False
         if offered[1] and core.get("sink_ready"):

@@ -13,20 +13,8 @@ import pytest
 from litestereo.gateware.rectification.parameters import RectifierParameters
 from litestereo.sim.models import rectification as model
 from support.pairs import generator
-from support.rectification import (
-    Flow,
-    RectifierBench,
-    as_grid,
-    check_pair,
-    drawn_grids,
-    drawn_pair,
-    images_of,
-    lens,
-    maps_of,
-    noise,
-    pixel_words,
-    shifted,
-)
+from support.rectification_maps import as_grid, check_pair, drawn_grids, drawn_pair, lens, maps_of, noise, shifted
+from support.rectifier_bench import Flow, RectifierBench, images_of, pixel_words
 
 BUILT = RectifierParameters(max_width=64, max_height=48, rows=24)
 

@@ -14,7 +14,8 @@ import pytest
 from litestereo.gateware.rectification.parameters import RectifierParameters
 from litestereo.host_tools.cameras.grid import fit_grid, row_budget
 from support.pairs import generator
-from support.rectification import EVEN, Flow, RectifierBench, drawn_pair, images_of
+from support.rectification_maps import drawn_pair
+from support.rectifier_bench import EVEN, Flow, RectifierBench, images_of
 from support.rigs import KINDS, drawn_maps
 
 #: Clocks of a frame on top of those of its pixels.

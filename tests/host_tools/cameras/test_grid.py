@@ -15,7 +15,7 @@ from litestereo.host_tools.cameras.grid import Grid, RowBudget, fit_grid, grid_e
 from litestereo.host_tools.core.errors import GeometryError
 from litestereo.sim.models import rectification as model
 from support.pairs import generator
-from support.rectification import noise
+from support.rectification_maps import noise
 from support.rigs import KINDS, drawn_maps
 
 #: Largest error and root of the mean square at 640 x 480, in pixels. Rounding to 32nds alone gives 0.022 and 0.013.

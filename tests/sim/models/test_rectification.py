@@ -13,7 +13,7 @@ import pytest
 
 from litestereo.sim.models import rectification as model
 from support.pairs import generator
-from support.rectification import as_grid, drawn_grids, drawn_pair, lens, noise, opencv_remap, shifted
+from support.rectification_maps import as_grid, drawn_grids, drawn_pair, lens, noise, opencv_remap, shifted
 
 
 @pytest.mark.parametrize("width, height", [(33, 17), (32, 16), (20, 50)])
