@@ -149,7 +149,7 @@ FAULTS = {
         "(counts.written + 1 >= position.needed)", "it waits for its rows"),
     "a track beyond the ring": (
         row_ring, "row_ring", "RowRing", "Mux(next_track == parameters.rows//2, 0, next_track)", "next_track",
-        "is what was written last"),
+        "is in the bank"),
 }
 
 #: Clocks until a fault shows, if not 16. A bounded proof has to find its faults in the clocks that it checks.
