@@ -30,6 +30,7 @@ ROOMS: dict[str, tuple[str, ...]] = {
     "gateware/memory":        ("gateware/common",),
     "gateware/post":          ("gateware/common", "gateware/engines"),
     "gateware/matcher":       ("gateware/common", "gateware/engines", "gateware/post"),
+    "gateware/rectification": ("gateware/common",),
     "gateware/link":          ("gateware/common", "gateware/memory"),
     "gateware/peripherals":   ("gateware",),
     # The tools that build things, and the models, are at the bottom too.
@@ -134,6 +135,7 @@ def test_imports_run_one_way(package: str) -> None:
     ("gateware/matcher/new.py",    "from ...soc.build.paths import build_directory"),
     ("gateware/common/new.py",     "from ..memory.ports import word_bytes"),
     ("gateware/engines/sad/new.py", "from ...matcher import raster"),
+    ("gateware/rectification/new.py", "from ..matcher.raster import Raster"),
     ("soc/parts/new.py",           "from ..boards import BOARDS"),
     ("soc/boards/new.py",          "from litestereo.soc.flow.target import main"),
     ("soc/flow/new.py",            "import litestereo.sim.system.build"),

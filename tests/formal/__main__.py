@@ -25,6 +25,7 @@ from .peripheral import peripheral
 from .proof import Proof
 from .raster import raster
 from .result_map import border, left_right, median
+from .row_window import row_ring, row_window
 from .send_queue import send_queue
 from .slot_table import slot_table
 from .solver import SolverError, decide
@@ -79,6 +80,8 @@ TASKS = [
     Task("PairGate", pair_gate, 16),
     Task("SendQueue", send_queue, 6, 1, 24),
     Task("MapParts", map_parts, 8, 1, 20),
+    Task("RowWindow", row_window, 8, 4, 24),
+    Task("RowRing", row_ring, 8),
 ]
 
 

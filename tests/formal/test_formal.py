@@ -21,6 +21,7 @@ from formal.passing import arbiter, register
 from formal.peripheral import peripheral
 from formal.raster import raster
 from formal.result_map import border, left_right
+from formal.row_window import row_ring, row_window
 from formal.send_queue import send_queue
 from formal.slot_table import slot_table
 from formal.solver import decide
@@ -140,10 +141,19 @@ FAULTS = {
     "a header of another map": (
         map_parts, "map_parts", "MapParts", "If(self.open,\n                [getattr(header",
         "If(self.sink.valid,\n                [getattr(header", "is the map's"),
+    "a row that is gone and not told": (
+        row_window, "row_window", "RowWindow", 'counts.written >= getattr(position, f"{camera}_gone")',
+        'counts.written > getattr(position, f"{camera}_gone")', "a row that is gone is told"),
+    "a row read too early": (
+        row_window, "row_window", "RowWindow", "(counts.written >= position.needed)",
+        "(counts.written + 1 >= position.needed)", "it waits for its rows"),
+    "a track beyond the ring": (
+        row_ring, "row_ring", "RowRing", "Mux(next_track == parameters.rows//2, 0, next_track)", "next_track",
+        "is in the bank"),
 }
 
 #: Clocks until a fault shows, if not 16. A bounded proof has to find its faults in the clocks that it checks.
-CLOCKS = {border: 32} | {task.make: task.clocks for task in TASKS if not task.induction}
+CLOCKS = {border: 32, row_window: 22} | {task.make: task.clocks for task in TASKS if not task.induction}
 
 
 @pytest.mark.long

@@ -27,6 +27,13 @@ from litestereo.gateware.post.selection.selection import Selection
 from litestereo.gateware.post.selection.subpixel import Neighbours, Subpixel
 from litestereo.gateware.post.selection.uniqueness import CostLimit, Uniqueness
 from litestereo.gateware.post.selection.winner import Winner
+from litestereo.gateware.rectification.bilinear import Bilinear
+from litestereo.gateware.rectification.map_grid import MapGrid
+from litestereo.gateware.rectification.parameters import RectifierParameters
+from litestereo.gateware.rectification.rectifier import Rectifier
+from litestereo.gateware.rectification.remap import Remap
+from litestereo.gateware.rectification.row_ring import RowRing
+from litestereo.gateware.rectification.row_window import RowWindow
 from support.paths import CHECKOUT
 from support.policy import BANNED, LONGEST_CONSTRUCTOR, RULES
 
@@ -56,7 +63,18 @@ CORES = [Raster, Prefilter, LineBuffer, Alignment, SADEngine, AbsoluteDifference
 def test_latency_and_reset(core, features):
     """With all features and with few, a core declares its latency, or None, and has a reset."""
     options = {} if features is None else {"features": features}
-    built   = core(MatcherParameters(100, 100, 32, 9, **options))
+    check_core(core(MatcherParameters(100, 100, 32, 9, **options)))
+
+
+@pytest.mark.parametrize("core", [MapGrid, RowWindow, RowRing, Remap, Rectifier])
+def test_latency_and_reset_of_rectification(core):
+    """A core of the rectifier declares its latency, or None, and has a reset."""
+    check_core(core(RectifierParameters(100, 100, 16)))
+    check_core(Bilinear())
+
+
+def check_core(built):
+    """Assert what holds for every core."""
     assert isinstance(built, LiteXModule) and len(built.reset) == 1
     assert isinstance(built.sink, stream.Endpoint) and isinstance(built.source, stream.Endpoint)
     assert built.latency is None or isinstance(built.latency, int) and built.latency >= 0
