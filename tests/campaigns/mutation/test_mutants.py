@@ -17,6 +17,7 @@ from campaigns.mutation.areas import AREAS, Area
 from campaigns.mutation.explained import EXPLAINED
 from campaigns.mutation.judge import PROGRAM, CampaignError, Judge
 from campaigns.mutation.mutant import files_below, shuffled
+from formal.__main__ import TASKS
 from support.paths import CHECKOUT
 
 KINDS = {
@@ -137,7 +138,11 @@ def test_every_file_has_tests(name: str) -> None:
             if PROGRAM.fullmatch(test):
                 assert test in programs
             elif ".py" in test:
-                assert (CHECKOUT / "tests" / test.partition("::")[0]).is_file(), test
+                name, _, node     = test.partition("::")
+                function, _, case = node.partition("[")
+                source = (CHECKOUT / "tests" / name).read_text()
+                assert not node or f"def {function}(" in source, test
+                assert not case or case.removesuffix("]") in {task.name for task in TASKS}, test
 
 
 def test_exceptions_are_of_this_source() -> None:
