@@ -116,9 +116,9 @@ def main() -> int:
 
 def table(tallies: dict[str, Tally]) -> str:
     """Return the counts of all areas."""
-    rows = [f"{'area':12} {'drawn':>6} {'caught':>7} {'(hung)':>7} {'explained':>10} {'survived':>9}"]
+    rows = [f"{'area':13} {'drawn':>6} {'caught':>7} {'(hung)':>7} {'explained':>10} {'survived':>9}"]
     for name, tally in tallies.items():
-        rows.append(f"{name:12} {tally.drawn:6} {len(tally.caught):7} {f'({len(tally.hung)})':>7} "
+        rows.append(f"{name:13} {tally.drawn:6} {len(tally.caught):7} {f'({len(tally.hung)})':>7} "
                     f"{len(tally.explained):10} {len(tally.survived):9}")
     return "\n".join(rows)
 

@@ -109,6 +109,14 @@ CROSSINGS = {
     "peripherals/stereo_crossing.py": (PERIPHERAL, "-k", "crossed or faster"),
 }
 
+RECTIFICATION = {
+    "bilinear.py":   ("gateware/rectification/test_cores.py",),
+    "map_grid.py":   ("gateware/rectification/test_cores.py", "gateware/rectification/test_rectifier.py"),
+    "rectifier.py":  ("gateware/rectification/test_rectifier.py",),
+    "row_ring.py":   ("gateware/rectification/test_rectifier.py",),
+    "row_window.py": ("gateware/rectification/test_cores.py", "gateware/rectification/test_rectifier.py"),
+}
+
 PERIPHERALS = {
     "frame_link.py":        (LINK, STREAMING),
     "frame_link_csr.py":    (LINK, STREAMING),
@@ -252,6 +260,7 @@ AREAS = {
         "drivers/platform.c": "caches, interrupts and stack of the processor: only simulation runs it",
     }),
     "pixel-path": _gateware(PIXEL_PATH, "gateware/", "engines", "matcher", "post"),
+    "rectification": _gateware(RECTIFICATION, "gateware/rectification/", "rectification"),
     "memory":     _gateware(MEMORY, "gateware/memory/", "memory",
                             excluded={"port_crossing.py": "in the crossings"}),
     "link":       _gateware(LINK_CORES, "gateware/link/", "link"),
