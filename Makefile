@@ -96,7 +96,7 @@ test: lint ## Run the linters, then the tests that a person waits for [TESTS JOB
 test-long: install ## Run the tests that make test leaves out [TESTS JOBS COUNT]
 	@mkdir -p $(LITESTEREO_BUILD)
 	@$(PYTHON) -m pytest -n $(JOBS) $(BY_FILE) $(END_COUNT) -m long $(TESTS)
-	@$(if $(COUNT),$(PYTHON) -m campaigns.coverage.python)
+	@$(if $(COUNT),$(PYTHON) -m campaigns.coverage.python --quiet)
 
 lint: install ## Run the linters
 	@$(PYTHON) -m ruff check .

@@ -21,8 +21,8 @@ from litestereo.soc.build.paths import build_directory
 from support.paths import CHECKOUT
 
 #: Least percentage of the lines of each folder. Much of `soc` and `sim` runs in processes that are not counted: what
-#: generates a SoC, and boots it.
-FLOORS = {"host_tools": 90.0, "soc": 50.0, "sim": 50.0}
+#: generates a SoC, and boots it. Their floors have not been set by a measurement yet.
+FLOORS = {"host_tools": 90.0, "soc": 25.0, "sim": 25.0}
 
 #: Counts of the tests.
 DATA = build_directory() / "python.coverage"
@@ -61,11 +61,15 @@ def low(folders: list[Folder]) -> list[str]:
 
 
 def main() -> int:
-    """Print the percentages; the exit status is 1 if a folder is below its floor."""
+    """Print the percentages, with `--quiet` only those below a floor; the exit status is 1 if there are any."""
     if not DATA.is_file():
         print("coverage: the tests have left no counts of Python: run make test COUNT=1", file=sys.stderr)
         return 1
     folders = measured()
+    if "--quiet" in sys.argv[1:]:
+        for line in low(folders):
+            print(f"coverage: {line}", file=sys.stderr)
+        return int(bool(low(folders)))
     for folder in folders:
         print(f"{folder.name}: the tests have run {folder.percent:.1f} % of its lines "
               f"(floor: {FLOORS[folder.name]:g} %)")

@@ -5,6 +5,8 @@
 
 """The floor of each Python folder holds for that folder."""
 
+import sys
+
 import coverage
 import pytest
 
@@ -19,7 +21,7 @@ def data(tmp_path):
     path  = tmp_path / "python.coverage"
     count = coverage.CoverageData(basename=str(path))
     count.add_lines({str(CHECKOUT / "host_tools" / "protocol" / "cobs.py"): range(1, 100),
-                     str(CHECKOUT / "soc" / "build" / "commit.py"): range(1, 12)})
+                     str(CHECKOUT / "soc" / "build" / "commit.py"): range(1, 9)})
     count.write()
     return path
 
@@ -36,8 +38,13 @@ def test_the_floor_of_each_folder(data, monkeypatch, capsys):
     monkeypatch.setattr(python, "measured", lambda: list(folders.values()))
     assert python.main() == 1
     assert "sim: the tests have run 0.0 % of its lines" in capsys.readouterr().out
+    monkeypatch.setattr(sys, "argv", ["python", "--quiet"])
+    assert python.main() == 1
+    output = capsys.readouterr()
+    assert output.out == "" and "sim: 0.0 % of its lines, below the floor" in output.err
     monkeypatch.setattr(python, "FLOORS", dict.fromkeys(python.FLOORS, 0.0))
     assert python.main() == 0
+    assert capsys.readouterr() == ("", "")
 
 
 def test_no_counts(tmp_path, monkeypatch, capsys):
@@ -57,5 +64,5 @@ def test_every_folder_is_counted():
     makefile = (CHECKOUT / "Makefile").read_text()
     for folder in python.FLOORS:
         assert f"--cov={folder} " in makefile
-    assert "-m campaigns.coverage.python)" in makefile
+    assert "-m campaigns.coverage.python --quiet)" in makefile
     assert f"/{python.DATA.name}\n" in makefile
