@@ -172,16 +172,6 @@ static void recover(app_t *app)
     }
 }
 
-void app_poll_link(app_t *app)
-{
-    uint64_t clock = clock_now();
-
-    if (app->session.transfer != NULL) {
-        udp_link_poll(&app->udp_link, clock);
-    }
-    matcher_poll(&app->matcher, clock);
-}
-
 void app_poll(app_t *app)
 {
     uint8_t  bytes[MOST_BYTES];

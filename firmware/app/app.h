@@ -53,11 +53,4 @@ void app_give_up(void);
 /** One round of the main loop. */
 void app_poll(app_t *app);
 
-/** The part of a round that a host over UDP waits for: its messages, and the next match.
- *
- * It is short enough for the CPU's instruction cache, so that it leaves the memory to images and maps. Call it for a
- * millisecond at most between two rounds: the serial line holds the characters of twice that time.
- */
-void app_poll_link(app_t *app);
-
 #endif

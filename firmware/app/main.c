@@ -14,9 +14,6 @@
 /* A round of the main loop takes milliseconds; its longest wait is for a stalled serial line. */
 #define WATCHDOG_S 5u
 
-/* Clocks for the link alone between two rounds of the main loop: less than a millisecond at the clock of any board. */
-#define LINK_CLOCKS 40000u
-
 static app_t app;
 
 static void handle_interrupt(void)
@@ -45,11 +42,6 @@ int main(void)
     platform_attach_stereo(handle_interrupt);
     platform_attach_watchdog(handle_watchdog);
     for (;;) {
-        uint64_t began = clock_now();
-
         app_poll(&app);
-        while (clock_now() - began < LINK_CLOCKS) {
-            app_poll_link(&app);
-        }
     }
 }

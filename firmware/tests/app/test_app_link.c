@@ -60,32 +60,6 @@ static void test_udp_session(void)
     fake_frame_link.version = 0;
 }
 
-/* Between two rounds of the main loop UDP is served, and a complete frame is matched; the serial line waits. */
-static void test_poll_link(void)
-{
-    static const peer_t  peer    = {.udp = true, .address = 1, .port = 2};
-    static const uint8_t size[4] = {80, 0, 20, 0}, chunk[PROTOCOL_CHUNK_SIZE];
-    uint8_t   bytes[PROTOCOL_MESSAGE_MAX];
-    message_t start = {.version = 1, .type = TYPE_START, .frame_id = 5};
-
-    fake_frame_link.version = FRAME_LINK_VERSION;
-    fake_frame_link.send    = send_nothing;
-    boot();
-    post(TYPE_HELLO, 0, size, 4);
-    post(TYPE_OPEN, 0, size, 4);
-    for (uint32_t offset = 0; offset < 4 * PROTOCOL_CHUNK_SIZE; offset += PROTOCOL_CHUNK_SIZE) {
-        post(TYPE_UPLOAD, offset, chunk, offset % (2 * PROTOCOL_CHUNK_SIZE) ? 80 * 20 - sizeof(chunk) : sizeof(chunk));
-    }
-    start.session = app.session.token;
-    fake_frame_link_receive(&peer, bytes, message_build(&start, bytes));
-    for (int round = 0; round < 100 && app.pool.frame[0].state != FRAME_DONE; round++) {
-        app_poll_link(&app);
-    }
-    REQUIRE(app.pool.frame[0].state == FRAME_DONE);
-    post(TYPE_BYE, 0, NULL, 0);
-    fake_frame_link.version = 0;
-}
-
 /* With UDP, without it, and with a frame link that is not supported or does not stop: the line works in all cases. */
 static void test_udp(void)
 {
@@ -256,7 +230,6 @@ int main(void)
     make_memory();
     test_udp();
     test_udp_session();
-    test_poll_link();
     test_update();
     test_trial();
     test_restart();
