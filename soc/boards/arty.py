@@ -18,7 +18,7 @@ from litex_boards.targets.digilent_arty   import _CRG as ArtyCRG
 
 from ..parts.flash_pads import FlashPads
 from .board_soc         import BoardSoC
-from .preset            import STEREO_BM, Preset
+from .preset            import Preset
 
 class Arty(BoardSoC):
     board_name    = "arty"
@@ -33,9 +33,10 @@ class Arty(BoardSoC):
     preset        = Preset(
         disparities    = 32,
         max_block_size = 9,
-        features       = STEREO_BM,
+        features       = ("xsobel",),
         # The memory's clock is four times as fast, and 300 MHz is the slowest that DDR3 supports.
         sys_clk_freq   = 80000000,
+        streaming      = False,
         with_icmp      = False,
     )
 

@@ -16,7 +16,7 @@ from litex_boards.targets.digilent_atlys   import _CRG
 
 from ..parts.flash_pads import FlashPads
 from .board_soc         import BoardSoC
-from .preset            import STEREO_BM, Preset
+from .preset            import Preset
 
 # Clocks -------------------------------------------------------------------------------------------
 
@@ -39,7 +39,7 @@ class Atlys(BoardSoC):
     preset        = Preset(
         disparities    = 64,
         max_block_size = 9,
-        features       = STEREO_BM,
+        features       = ("xsobel",),
         sys_clk_freq   = 75000000,
     )
 

@@ -28,9 +28,6 @@ UNPIPELINED_HZ = 60000000
 # Turning the bus from reading to writing and back costs ten clocks: let each side finish its burst.
 SDR_SETTINGS = ControllerSettings(read_time=256, write_time=128)
 
-# nextpnr's default router takes hours where a region is full, or does not converge.
-ROUTER = ("--router", "router2")
-
 # Images of the firmware in flash: the boot program starts a valid one.
 FLASH_IMAGES      = 2
 FLASH_IMAGE_BYTES = 256*1024

@@ -19,7 +19,7 @@ from liteeth.phy.ecp5rgmii import LiteEthPHYRGMII
 
 from litex_boards.platforms.colorlight_i5 import Platform
 
-from .board_soc import BoardSoC, ROUTER, SDR_SETTINGS
+from .board_soc import BoardSoC, SDR_SETTINGS
 
 # Clocks -------------------------------------------------------------------------------------------
 
@@ -44,7 +44,6 @@ class ColorlightSoC(BoardSoC):
     """Either board; a target sets `board` and `revision` as litex-boards knows them, and `preset`."""
     memory_module   = M12L64322A
     memory_settings = SDR_SETTINGS
-    nextpnr_options = ROUTER
 
     def make_platform(self):
         return Platform(board=self.board, revision=self.revision)

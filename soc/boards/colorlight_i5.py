@@ -6,7 +6,7 @@
 """Colorlight i5: LFE5U-25F, 8 MB of SDRAM at 32 bits, gigabit Ethernet."""
 
 from .colorlight import ColorlightSoC
-from .preset     import STEREO_BM, Preset
+from .preset     import Preset
 
 class ColorlightI5(ColorlightSoC):
     board_name   = "colorlight_i5"
@@ -16,9 +16,8 @@ class ColorlightI5(ColorlightSoC):
     flash_offset = 1024*1024 # Of 2 MiB.
     preset       = Preset(
         disparities    = 32,
-        max_block_size = 7,
-        max_width      = 512,
-        features       = STEREO_BM,
+        max_block_size = 9,
+        features       = ("xsobel",),
         sys_clk_freq   = 60000000,
         streaming      = False,
         with_icmp      = False,

@@ -6,7 +6,7 @@
 """Colorlight i9: LFE5U-45F, 8 MB of SDRAM at 32 bits, gigabit Ethernet."""
 
 from .colorlight import ColorlightSoC
-from .preset     import STEREO_BM, Preset
+from .preset     import Preset
 
 class ColorlightI9(ColorlightSoC):
     board_name   = "colorlight_i9"
@@ -16,8 +16,9 @@ class ColorlightI9(ColorlightSoC):
     preset       = Preset(
         disparities    = 64,
         max_block_size = 9,
-        features       = STEREO_BM,
-        sys_clk_freq   = 62500000,
+        features       = ("xsobel",),
+        sys_clk_freq   = 75000000,
+        streaming      = False,
         with_icmp      = False,
         density        = 0.7,
     )

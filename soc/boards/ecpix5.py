@@ -19,8 +19,8 @@ from liteeth.phy.ecp5rgmii import LiteEthPHYRGMII
 
 from litex_boards.platforms.lambdaconcept_ecpix5 import Platform
 
-from .board_soc import BoardSoC, ROUTER, SDR_SETTINGS
-from .preset    import STEREO_BM, Preset
+from .board_soc import BoardSoC, SDR_SETTINGS
+from .preset    import Preset
 
 # Clocks -------------------------------------------------------------------------------------------
 
@@ -85,15 +85,17 @@ class ECPIX5(BoardSoC):
     matcher_clock = True
     # Turning DDR3's bus costs clocks as well.
     memory_settings = SDR_SETTINGS
-    nextpnr_options = ROUTER
+    # The default router does not converge.
+    nextpnr_options = ("--router", "router2")
     preset        = Preset(
         disparities    = 128,
         max_block_size = 15,
-        features       = STEREO_BM,
+        features       = ("xsobel",),
         sys_clk_freq   = 75000000,
         matcher_hz     = 100000000,
+        streaming      = False,
         with_icmp      = False,
-        density        = 0.7,
+        density        = 0.9,
     )
 
     def make_platform(self):

@@ -11,9 +11,6 @@ from dataclasses import dataclass, field
 
 from ...gateware.common.parameters import FEATURES, MatcherParameters
 
-# Every stage of cv2.StereoBM; `raw` and `median` are additions.
-STEREO_BM = ("xsobel", "texture", "uniqueness", "subpixel", "left_right", "min_disparity")
-
 def option(default, text):
     """Return a field with the help of its option in a target."""
     return field(default=default, metadata={"help": text})

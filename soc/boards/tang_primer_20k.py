@@ -13,7 +13,7 @@ from litex_boards.targets.sipeed_tang_primer_20k   import _CRG as TangPrimer20kC
 
 from ..parts.flash_pads import FlashPads
 from .board_soc         import BoardSoC
-from .preset            import STEREO_BM, Preset
+from .preset            import Preset
 
 class TangPrimer20k(BoardSoC):
     board_name    = "tang_primer_20k"
@@ -28,7 +28,7 @@ class TangPrimer20k(BoardSoC):
     preset        = Preset(
         disparities    = 16,
         max_block_size = 9,
-        features       = STEREO_BM,
+        features       = ("xsobel",),
         sys_clk_freq   = 48000000,
     )
 

@@ -18,8 +18,8 @@ from litedram.phy     import GENSDRPHY
 from litex_boards.platforms.radiona_ulx3s import Platform
 
 from ..parts.hdmi_phy import HDMIPHY
-from .board_soc       import BoardSoC, PIXEL_DOMAIN, PIXEL_HZ, ROUTER, SDR_SETTINGS
-from .preset          import STEREO_BM, Preset
+from .board_soc       import BoardSoC, PIXEL_DOMAIN, PIXEL_HZ, SDR_SETTINGS
+from .preset          import Preset
 
 # Clocks -------------------------------------------------------------------------------------------
 
@@ -63,14 +63,14 @@ class ULX3S(BoardSoC):
     memory_module   = AS4C32M16
     memory_bits     = 16
     memory_settings = SDR_SETTINGS
-    nextpnr_options = ROUTER
     preset          = Preset(
         disparities    = 128,
         max_block_size = 15,
-        features       = STEREO_BM,
-        sys_clk_freq   = 62500000,
+        features       = ("xsobel",),
+        sys_clk_freq   = 75000000,
         with_screen    = True,
         density        = 0.7,
+        seed           = 2,
     )
 
     def make_platform(self):
