@@ -81,10 +81,10 @@ FAULTS = {
         "sink.ready.eq(~full)", "what it offers has come in since a reset"),
     "a pulse that comes twice": (
         pulse_crossing, "pulse_crossing", "PulseCrossing", "gone.ce.eq(self.o)",
-        "gone.ce.eq(self.o & (counted[0] != gone.q[0]))", "a pulse comes out for one that came in"),
+        "gone.ce.eq(self.o & (counted[0] != gone.q[0]))", "what is under way is between them"),
     "a pulse lost": (
-        pulse_crossing, "pulse_crossing", "PulseCrossing", "self.o.eq(gone.q != counted)",
-        "self.o.eq(gone.q[0] != counted[0])", "after two clocks of its side at most"),
+        pulse_crossing, "pulse_crossing", "PulseCrossing", "self.o.eq((gone.q != counted)",
+        "self.o.eq((gone.q[0] != counted[0])", "after two clocks of its side at most"),
     "a message held too long": (
         arbiter, "message_arbiter", "MessageArbiter", "If(self.source.valid & self.source.ready,",
         "If(self.payload.valid & self.payload.ready,", "after its end there is a clock without"),
