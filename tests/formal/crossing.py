@@ -176,6 +176,7 @@ def crossing_reset(make=Crossing) -> Proof:
     proof.prove("the output clears while the input accepts nothing", ~clears[1] | ~proof.past(~blocked[0]) | blocked[0]
                 | (inside(core, "consumed")[0] == 0))
     proof.prove("the input clears while the output shows nothing", ~clears[0] | ~source.valid)
+    proof.prove("it accepts nothing while a reset is under way", ~blocked[0] | ~sink.ready)
     # Since both sides were free and had nothing left to do: whether one of them was reset again.
     done  = Signal()
     again = Signal()

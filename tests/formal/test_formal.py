@@ -78,7 +78,7 @@ FAULTS = {
         "what it offers has come in since a reset"),
     "a word while a reset is under way": (
         crossing_reset, "crossing", "Crossing", "sink.ready.eq(~full & ~reset.blocked[cd_from])",
-        "sink.ready.eq(~full)", "what it offers has come in since a reset"),
+        "sink.ready.eq(~full)", "it accepts nothing while a reset is under way"),
     "a pulse that comes twice": (
         pulse_crossing, "pulse_crossing", "PulseCrossing", "gone.ce.eq(self.o)",
         "gone.ce.eq(self.o & (counted[0] != gone.q[0]))", "what is under way is between them"),
@@ -102,7 +102,7 @@ FAULTS = {
         "and lies inside one of its images"),
     "a mark in another slot": (
         slot_table, "slot_table", "SlotTable", "If(self.chunk.judge & ~finished", "If(~finished",
-        "a set marks the bit of its chunk"),
+        "and nothing else"),
     "a mark that gives way to clearing": (
         slot_table, "slot_table", "SlotTable", "If(self.set | ~self.clearing,\n                update",
         "If(~self.clearing,\n                update", "a set marks the bit of its chunk"),
