@@ -19,6 +19,13 @@ IP_ADDRESS  = "192.168.1.50"
 NETMASK     = "255.255.255.0"
 GATEWAY     = "0.0.0.0" # None.
 
+# Helpers ------------------------------------------------------------------------------------------
+
+def as_int(word):
+    """Return the bits of a 32-bit word as C's `int` has them: LiteX's headers have a function that returns each
+    constant as an `int`."""
+    return word - 2**32 if word >= 2**31 else word
+
 # Frame Link Mixin ---------------------------------------------------------------------------------
 
 class FrameLinkMixin(DMAChecks):
@@ -71,9 +78,9 @@ class FrameLinkMixin(DMAChecks):
         if memory is None:
             memory = BusPorts(self, name)
         for constant, address in [("ADDRESS", ip_address), ("NETMASK", netmask), ("GATEWAY", gateway)]:
-            self.add_constant(f"NETWORK_{constant}", convert_ip(address))
+            self.add_constant(f"NETWORK_{constant}", as_int(convert_ip(address)))
         self.add_constant("NETWORK_MAC_HIGH", mac_address >> 32)
-        self.add_constant("NETWORK_MAC_LOW",  mac_address & 0xffffffff)
+        self.add_constant("NETWORK_MAC_LOW",  as_int(mac_address & 0xffffffff))
         network    = Network(phy, udp_port, self.clk_freq, with_icmp, pipelined)
         read_port  = memory.get_port(mode="read")
         write_port = memory.get_port(mode="write")
