@@ -39,12 +39,12 @@ class GrayPointer(LiteXModule):
 # Crossing Reset -----------------------------------------------------------------------------------
 
 class CrossingReset(LiteXModule):
-    r"""Empty crossings between two clock domains after a reset of either, at any time, also if a clock stands still.
+    r"""Empty crossings between two clock domains after a reset of either, at any time, also if a clock is stopped.
 
     A side that was reset stops, and asks the other one to stop and to clear its pointers. When that has answered, the
     side clears its own, withdraws the question, and waits until the answer is withdrawn too. No reset interrupts this:
     neither question nor answer is reset. So each side clears its pointers only while the other does not use them,
-    and a side whose clock stands still is waited for: meanwhile nothing is accepted and nothing comes out.
+    and waits for a side whose clock is stopped: meanwhile nothing is accepted and nothing comes out.
 
                       ______________
         asks      ___/              \____________________    of the side that was reset

@@ -23,7 +23,7 @@ class PortCrossing(RemotePort, LiteXModule):
 
     To write, an address crosses together with its word, and the pulse `written` crosses back. A core that gives up its
     accesses, and waits for those under way, leaves nothing in the crossing. A reset has to reach both domains, as the
-    memory is part of the one and the core of the other; but at different times, or while a clock stands still.
+    memory is part of the one and the core of the other; but at different times, or while a clock is stopped.
 
     Parameters
     ----------

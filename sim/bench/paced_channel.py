@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Host tools in the time of a simulated device: its clock stands still while they compute."""
+"""Host tools in the time of a simulated device: its clock is stopped while they compute."""
 
 from __future__ import annotations
 

@@ -123,7 +123,7 @@ class BoardSoC(StereoSoC):
         """Add the frame link, if the board has Ethernet.
 
         LiteEth's PHYs hold the wire's clock domains in reset while `sys` is, and for some clocks longer: the counter is
-        in `sys`. Without a cable the wire's clock may stand still meanwhile: `CrossingReset` waits for it.
+        in `sys`. Without a cable the wire's clock may be stopped meanwhile: `CrossingReset` waits for it.
         """
         phy = self.make_ethernet_phy()
         if phy is not None:

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Two clocks of any ratio and phase, either of which may stand still, and their resets."""
+"""Two clocks of any ratio and phase, either of which may be stopped, and their resets."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Side:
     held:    int   = 0     #: edges for which the reset still lasts after its end
     resets:  bool  = False #: the reset is set
     edges:   int   = 0     #: since the reset ended
-    listens: bool  = True  #: sees its reset; otherwise that passes while the clock stands still
+    listens: bool  = True  #: sees its reset; otherwise that passes while the clock is stopped
 
 
 @dataclass
@@ -79,7 +79,7 @@ class TwoClocks:
                 side.reset(0)
 
     def reset_without(self, side: Side) -> None:
-        """Reset both sides, while the clock of one stands still for any part of it, or around it."""
+        """Reset both sides, while the clock of one is stopped for any part of it, or around it."""
         first, last = sorted(self.rng.sample(range(4), 2))
         if not side.listens:
             first, last = 0, 3

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Crossings between two clocks of any ratio: resets while one of the clocks stands still."""
+"""Crossings between two clocks of any ratio: resets while one of the clocks is stopped."""
 
 from __future__ import annotations
 

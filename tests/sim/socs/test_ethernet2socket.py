@@ -453,7 +453,7 @@ def test_makefile(tmp_path):
 
 
 class PacedHost:
-    """A host in the device's time; the module stands still until it waits."""
+    """A host in the device's time; the module waits while it computes."""
     def __init__(self, name: str) -> None:
         self.socket = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         self.socket.settimeout(10)

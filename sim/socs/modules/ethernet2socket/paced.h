@@ -6,7 +6,7 @@
 
 /*
  * A host in the device's time, so that what is measured depends neither on this computer nor on its load: while the
- * host computes, the simulation stands still, and while the host waits, it goes on.
+ * host computes, the simulation is paused, and while the host waits, it goes on.
  *
  * The host connects to an abstract socket of packets. It sends datagrams, as the byte 'D' and the payload, and waits, as
  * the byte 'W' and the clock at which it wakes without a datagram. A wait is answered with the clock, and the first
