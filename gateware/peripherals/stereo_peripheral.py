@@ -195,10 +195,12 @@ class StereoPeripheral(PeripheralCSR, LiteXModule):
         streamed = self.frame.streamed
         sink     = self.writer.sink
         passes   = ~streamed | self.map.ready if map_waits else 1 # The receiver of the map does not stall.
+        begun    = Signal() # The matcher has begun: when it is idle again, pairs on offer are of the next frame.
+        self.sync += begun.eq(self.busy & (begun | matcher.busy))
         self.comb += [
             If(~streamed,
                 self.reader.source.connect(matcher.sink)
-            ).Elif(self.fsm.ongoing("FRAME"),
+            ).Elif(self.fsm.ongoing("FRAME") & (matcher.busy | ~begun),
                 self.pairs.connect(matcher.sink)
             ),
             matcher.source.connect(sink, omit={"disparity", "valid", "ready"}),
