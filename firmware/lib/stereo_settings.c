@@ -83,6 +83,9 @@ static bool is_in_range(const stereo_limits_t *limits, stereo_field_t field, int
     if (field == STEREO_FIELD_BLOCK_SIZE) {
         return value >= limits->min_block_size && value <= limits->max_block_size;
     }
+    if (field == STEREO_FIELD_PREFILTER_CAP && limits->max_prefilter_cap != 0) {
+        return value <= limits->max_prefilter_cap;
+    }
     return true;
 }
 

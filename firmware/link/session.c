@@ -93,6 +93,8 @@ static uint32_t capability(const session_t *session, unsigned number)
         return session->info->dma_alignment;
     case LITESTEREO_CAPABILITY_UPDATE_BYTES:
         return session->update != NULL ? update_room(session->update) : 0;
+    case LITESTEREO_CAPABILITY_MAX_PREFILTER_CAP:
+        return session->info->limits.max_prefilter_cap;
     default:
         return 0;
     }

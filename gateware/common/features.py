@@ -90,4 +90,5 @@ class Capability:
 CAPABILITY_TABLE = (
     Capability(1, "dma_alignment", "alignment of images and maps in the device's memory",       "bytes"),
     Capability(2, "update_bytes",  "largest firmware that an update can write, 0 without flash", "bytes"),
+    Capability(3, "max_prefilter_cap", "largest `prefilter_cap`, 0: all of its range"),
 )

@@ -17,21 +17,25 @@ from .settings import MAX_HEIGHT, MAX_WIDTH, setting
 
 # Limits -------------------------------------------------------------------------------------------
 
-PIXEL_BITS           = 8   # Grey value of a rectified camera image.
-MIN_DISPARITIES      = setting("disparities").least # Also their step, as in cv2.StereoBM.
-MAX_DISPARITIES      = 128
-MIN_BLOCK_SIZE       = setting("block_size").least # Below that the delay lines would be shorter than their pipeline.
-MAX_BLOCK_SIZE       = 31
-MAX_MIN_DISPARITY    = setting("min_disparity").most
-MAX_PREFILTER_CAP    = setting("prefilter_cap").most
-MAX_UNIQUENESS_RATIO = setting("uniqueness_ratio").most
-MAX_DISP12_MAX_DIFF  = setting("disp12_max_diff").most
-TEXTURE_BITS         = setting("texture_threshold").bits
+PIXEL_BITS            = 8   # Grey value of a rectified camera image.
+MIN_DISPARITIES       = setting("disparities").least # Also their step, as in cv2.StereoBM.
+MAX_DISPARITIES       = 128
+MIN_BLOCK_SIZE        = setting("block_size").least # Below that the delay lines would be shorter than their pipeline.
+MAX_BLOCK_SIZE        = 31
+MAX_MIN_DISPARITY     = setting("min_disparity").most
+MAX_PREFILTER_CAP     = setting("prefilter_cap").most
+DEFAULT_PREFILTER_CAP = setting("prefilter_cap").default
+MAX_UNIQUENESS_RATIO  = setting("uniqueness_ratio").most
+MAX_DISP12_MAX_DIFF   = setting("disp12_max_diff").most
+TEXTURE_BITS          = setting("texture_threshold").bits
 
 # Features -----------------------------------------------------------------------------------------
 
 # All stages but the median, which cv2.StereoBM does not have either.
 OPENCV_FEATURES = tuple(name for name in FEATURES if name != "median")
+
+# What cv2.StereoBM does with its prefilter XSOBEL, the one that is built.
+STEREO_BM_FEATURES = tuple(name for name in OPENCV_FEATURES if name != "raw")
 
 # Parameters ---------------------------------------------------------------------------------------
 
@@ -54,14 +58,18 @@ class MatcherParameters:
         Largest number of disparities, a multiple of 16 from 16 to 128.
     max_block_size : int
         Largest side of the block, odd, from 5 to 31.
+    max_prefilter_cap : int
+        Largest cap of the prefilter, from the default, 31, to 63. With 36 and blocks of 7, sums of a column have 9 bits
+        instead of 10, and those of a block 12 instead of 13.
     features : iterable of str
         Optional stages that are built, some of `FEATURES`; "xsobel", "raw" (grey values as they are) or both.
     """
-    max_width:      int = 640
-    max_height:     int = MAX_HEIGHT
-    disparities:    int = 64
-    max_block_size: int = 9
-    features:       Iterable[str] = FEATURES
+    max_width:         int = 640
+    max_height:        int = MAX_HEIGHT
+    disparities:       int = 64
+    max_block_size:    int = 9
+    max_prefilter_cap: int = MAX_PREFILTER_CAP
+    features:          Iterable[str] = FEATURES
 
     def __post_init__(self):
         object.__setattr__(self, "features", frozenset(self.features))
@@ -75,6 +83,9 @@ class MatcherParameters:
             f"max_width must be from disparities + max_block_size ({smallest}) to {MAX_WIDTH}, not {self.max_width}.")
         check(self.max_block_size <= self.max_height <= MAX_HEIGHT,
             f"max_height must be from max_block_size ({self.max_block_size}) to {MAX_HEIGHT}, not {self.max_height}.")
+        check(DEFAULT_PREFILTER_CAP <= self.max_prefilter_cap <= MAX_PREFILTER_CAP,
+            f"max_prefilter_cap must be from {DEFAULT_PREFILTER_CAP} to {MAX_PREFILTER_CAP}, "
+            f"not {self.max_prefilter_cap}.")
         unknown = sorted(self.features - set(FEATURES))
         check(not unknown, f"features must be some of {', '.join(FEATURES)}, not {', '.join(unknown)}.")
         check(self.features & {"xsobel", "raw"}, "features must contain xsobel, raw or both.")
@@ -113,7 +124,7 @@ class MatcherParameters:
     @property
     def largest_pixel(self):
         """Largest value of a pixel behind the prefilter."""
-        return 2**PIXEL_BITS - 1 if "raw" in self.features else 2*MAX_PREFILTER_CAP
+        return 2**PIXEL_BITS - 1 if "raw" in self.features else 2*self.max_prefilter_cap
 
     @property
     def filtered_bits(self):

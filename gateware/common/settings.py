@@ -53,6 +53,8 @@ class Setting:
         Setting without which this one has no effect.
     built : tuple of str
         Limit of the device that narrows the range: the register that tells it, and what the protocol calls it.
+    limit : str
+        Register that tells a smaller `most`, where the device can be built for less than the range.
     opencv_default : int, optional
         cv2.StereoBM's default, if it is another one.
     option : str
@@ -79,6 +81,7 @@ class Setting:
     choice:         bool            = False
     unused_without: str             = ""
     built:          tuple[str, ...] = field(default=())
+    limit:          str             = ""
     opencv_default: int | None      = None
     option:         str             = ""
     option_bit:     int             = 0
@@ -106,7 +109,7 @@ class Setting:
         """Description of the register or field."""
         if self.option:
             return f"{self.text[0].upper()}{self.text[1:]}."
-        limit     = f", up to {self.built[0]}" if self.built else ""
+        limit     = f", up to {self.built[0]}" if self.built else f", up to ``{self.limit}``" if self.limit else ""
         unit      = f" {self.unit}" if self.unit else ""
         sentences = [f"{self.text[0].upper()}{self.text[1:]}, {self.range_text}{limit}{unit}."]
         if self.off_text:
@@ -128,7 +131,7 @@ SETTINGS = (
         least=0, most=1, default=1, off=0, bits=1, values=("none", "xsobel"), choice=True, feature="xsobel",
         off_feature="raw", option="xsobel", option_bit=0),
     Setting(5, "prefilter_cap", "largest slope that the prefilter keeps",
-        least=1, most=63, default=31, bits=6, unused_without="prefilter"),
+        least=1, most=63, default=31, bits=6, unused_without="prefilter", limit="max_prefilter_cap"),
     Setting(6, "texture_threshold", "least sum of the prefilter's slopes in a block",
         least=0, most=2**20 - 1, default=10, off=0, off_text="no test", bits=20, feature="texture",
         unused_without="prefilter"),

@@ -59,6 +59,7 @@ class FrameSettings(LiteXModule):
             self.height >= self.block_size,
             self.disparities <= parameters.disparities,
             self.block_size  <= parameters.max_block_size,
+            self.unless_unused(setting("prefilter_cap"), self.prefilter_cap <= parameters.max_prefilter_cap),
         ] + [base[:low_bits] == 0 for base in (self.left_base, self.right_base, self.disparity_base)]
 
         # Ranges, and stages that are not built.

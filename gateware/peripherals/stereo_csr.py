@@ -13,7 +13,7 @@ from ..common                 import *
 from ..common.features        import FEATURE_TABLE
 from ..matcher.frame_settings import OPTIONS, REGISTERS
 
-VERSION = (0, 3) # Of the register interface: major, minor.
+VERSION = (0, 4) # Of the register interface: major, minor.
 
 # What software does, above the registers in their document.
 INTRO = """Stereo matcher
@@ -107,6 +107,7 @@ class PeripheralCSR:
         capability("max_disparities",  9, built.disparities,           "Largest number of disparities.")
         capability("block_sizes",     16, MIN_BLOCK_SIZE | built.max_block_size << 8,
             "Smallest block size in bits 0 to 7, largest in bits 8 to 15.")
+        capability("max_prefilter_cap", 6, built.max_prefilter_cap,    "Largest cap of the prefilter.")
         self._features = CSRStatus(name="features", fields=[
             CSRField(one.name, size=1, offset=one.bit, reset=int(one.name in built.features),
                 description=f"{one.text[0].upper()}{one.text[1:]}.")

@@ -61,10 +61,12 @@ class Capability(enum.IntEnum):
 
     DMA_ALIGNMENT = 1
     UPDATE_BYTES  = 2
+    MAX_PREFILTER_CAP = 3
 
 
 #: What each of the values is.
 CAPABILITY_TEXTS = {
     Capability.DMA_ALIGNMENT: "alignment of images and maps in the device's memory, bytes",
     Capability.UPDATE_BYTES:  "largest firmware that an update can write, 0 without flash, bytes",
+    Capability.MAX_PREFILTER_CAP: "largest `prefilter_cap`, 0: all of its range",
 }

@@ -92,6 +92,13 @@ class DeviceInfo:
         return choose_settings([self]).settings
 
     @property
+    def max_prefilter_cap(self) -> int:
+        """Return the largest prefilter cap that the device has."""
+        most = RULES["prefilter_cap"].most
+        assert most is not None, "its range has an end"
+        return self.capabilities.get("max_prefilter_cap", 0) or most
+
+    @property
     def missing_features(self) -> Feature:
         """Return the stages that the device was built without."""
         return ALL_STAGES & ~Feature(self.features & ALL_STAGES)
@@ -126,6 +133,9 @@ class DeviceInfo:
         if not self.min_block_size <= settings.block_size <= self.max_block_size:
             raise UnsupportedError(f"{self.name} has block sizes from {self.min_block_size} to "
                                    f"{self.max_block_size}, not {settings.block_size}")
+        if settings.prefilter == "xsobel" and settings.prefilter_cap > self.max_prefilter_cap:
+            raise UnsupportedError(f"{self.name} has prefilter caps up to {self.max_prefilter_cap}, "
+                                   f"not {settings.prefilter_cap}")
         for feature, description in DESCRIPTIONS.items():
             if feature & settings.features & self.missing_features:
                 raise UnsupportedError(f"{self.name} was built without {description}: "
@@ -166,8 +176,8 @@ def choose_settings(infos: Sequence[DeviceInfo], given: Mapping[str, Any] | None
     given
         Settings that were asked for, by their names in `MatcherSettings`: they are not changed.
     default
-        Values of the others; the size of the search and the blocks is reduced to what every device has, and stages that
-        one of them lacks are off.
+        Values of the others; the size of the search, the blocks and the cap are reduced to what every device has, and
+        stages that one of them lacks are off.
     strict
         Whether to refuse instead of switching a stage off.
 
@@ -183,8 +193,9 @@ def choose_settings(infos: Sequence[DeviceInfo], given: Mapping[str, Any] | None
         lacking |= info.missing_features
     reduced = dataclasses.replace(
         default,
-        disparities = min([default.disparities, *(info.max_disparities for info in infos)]),
-        block_size  = min([default.block_size, *(info.max_block_size for info in infos)]),
+        disparities   = min([default.disparities, *(info.max_disparities for info in infos)]),
+        block_size    = min([default.block_size, *(info.max_block_size for info in infos)]),
+        prefilter_cap = min([default.prefilter_cap, *(info.max_prefilter_cap for info in infos)]),
     )
     wanted   = dataclasses.replace(reduced, **given)
     settings = dataclasses.replace(wanted.without(lacking), **given)

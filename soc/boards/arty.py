@@ -33,7 +33,6 @@ class Arty(BoardSoC):
     preset        = Preset(
         disparities    = 32,
         max_block_size = 9,
-        features       = ("xsobel",),
         # The memory's clock is four times as fast, and 300 MHz is the slowest that DDR3 supports.
         sys_clk_freq   = 80000000,
         streaming      = False,

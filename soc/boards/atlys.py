@@ -39,7 +39,6 @@ class Atlys(BoardSoC):
     preset        = Preset(
         disparities    = 64,
         max_block_size = 9,
-        features       = ("xsobel",),
         sys_clk_freq   = 75000000,
     )
 

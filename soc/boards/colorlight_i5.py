@@ -15,10 +15,9 @@ class ColorlightI5(ColorlightSoC):
     loader       = "colorlight-i5"
     flash_offset = 1024*1024 # Of 2 MiB.
     preset       = Preset(
-        disparities    = 32,
-        max_block_size = 9,
-        features       = ("xsobel",),
-        sys_clk_freq   = 60000000,
-        streaming      = False,
-        with_icmp      = False,
+        disparities       = 32,
+        max_block_size    = 7,
+        max_prefilter_cap = 36, # All 56 block RAMs are in use: with one more bit, the sums would take 58.
+        sys_clk_freq      = 60000000,
+        with_icmp         = False,
     )

@@ -16,9 +16,6 @@ class ColorlightI9(ColorlightSoC):
     preset       = Preset(
         disparities    = 64,
         max_block_size = 9,
-        features       = ("xsobel",),
         sys_clk_freq   = 75000000,
-        streaming      = False,
-        with_icmp      = False,
         density        = 0.7,
     )

@@ -90,11 +90,8 @@ class ECPIX5(BoardSoC):
     preset        = Preset(
         disparities    = 128,
         max_block_size = 15,
-        features       = ("xsobel",),
         sys_clk_freq   = 75000000,
         matcher_hz     = 100000000,
-        streaming      = False,
-        with_icmp      = False,
         density        = 0.9,
     )
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from ...gateware.common.parameters import FEATURES, MatcherParameters
+from ...gateware.common.parameters import STEREO_BM_FEATURES, MatcherParameters
 
 def option(default, text):
     """Return a field with the help of its option in a target."""
@@ -18,29 +18,31 @@ def option(default, text):
 @dataclass(frozen=True)
 class Preset:
     """The configuration of a board: matcher, CPU and clock, chosen by measurement."""
-    disparities:    int             = option(64, "Largest number of disparities, a multiple of 16.")
-    max_block_size: int             = option(9, "Largest block size, odd.")
-    max_width:      int             = option(640, "Widest image in pixels.")
-    features:       tuple[str, ...] = option(FEATURES, "Optional stages of the matcher.")
-    sys_clk_freq:   int             = option(60000000, "Clock of the system in Hz.")
-    matcher_hz:     int             = option(0, "Clock of matcher and DMA in Hz, if it is not the system's.")
-    cpu_variant:    str             = option("lite", "Variant of the VexRiscv.")
+    disparities:       int             = option(64, "Largest number of disparities, a multiple of 16.")
+    max_block_size:    int             = option(9, "Largest block size, odd.")
+    max_prefilter_cap: int             = option(63, "Largest cap of the prefilter, from 31 on: sums have fewer bits.")
+    max_width:         int             = option(640, "Widest image in pixels.")
+    features:          tuple[str, ...] = option(STEREO_BM_FEATURES, "Optional stages of the matcher.")
+    sys_clk_freq:      int             = option(60000000, "Clock of the system in Hz.")
+    matcher_hz:        int             = option(0, "Clock of matcher and DMA in Hz, if it is not the system's.")
+    cpu_variant:       str             = option("lite", "Variant of the VexRiscv.")
     # Long bursts, because SDRAM changes its row after each.
-    burst_bytes:    int             = option(256, "Bytes that are read or written in one go.")
-    streaming:      bool            = option(True, "Match frames as they come from the wire, past the memory.")
-    with_icmp:      bool            = option(True, "Answer a ping.")
-    with_screen:    bool            = option(False, "Show the map on a monitor, where the board has a connector.")
-    density:        float           = option(0.9, "Largest share of a region's sites to fill: less routes easier.")
-    seed:           int             = option(1, "Seed of nextpnr.")
+    burst_bytes:       int             = option(256, "Bytes that are read or written in one go.")
+    streaming:         bool            = option(True, "Match frames as they come from the wire, past the memory.")
+    with_icmp:         bool            = option(True, "Answer a ping.")
+    with_screen:       bool            = option(False, "Show the map on a monitor, where the board has a connector.")
+    density:           float           = option(0.9, "Largest share of a region's sites to fill: less routes easier.")
+    seed:              int             = option(1, "Seed of nextpnr.")
 
     @property
     def parameters(self) -> MatcherParameters:
         """Return the build-time parameters of the matcher; raise ValueError if they cannot be built."""
         return MatcherParameters(
-            max_width      = self.max_width,
-            disparities    = self.disparities,
-            max_block_size = self.max_block_size,
-            features       = self.features,
+            max_width         = self.max_width,
+            disparities       = self.disparities,
+            max_block_size    = self.max_block_size,
+            max_prefilter_cap = self.max_prefilter_cap,
+            features          = self.features,
         )
 
     @property

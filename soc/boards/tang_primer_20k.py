@@ -28,7 +28,6 @@ class TangPrimer20k(BoardSoC):
     preset        = Preset(
         disparities    = 16,
         max_block_size = 9,
-        features       = ("xsobel",),
         sys_clk_freq   = 48000000,
     )
 

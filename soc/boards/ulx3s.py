@@ -66,7 +66,6 @@ class ULX3S(BoardSoC):
     preset          = Preset(
         disparities    = 128,
         max_block_size = 15,
-        features       = ("xsobel",),
         sys_clk_freq   = 75000000,
         with_screen    = True,
         density        = 0.7,

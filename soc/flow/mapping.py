@@ -39,12 +39,64 @@ def without_open_carries(netlist: Path) -> None:
     """Disconnect carries of an ECP5 netlist, as JSON, that nothing reads: nextpnr takes a LUT, two sites, for each."""
     design = json.loads(netlist.read_text())
     for module in design["modules"].values():
-        read = Counter(bit for port in module["ports"].values() for bit in port["bits"])
-        for cell in module["cells"].values():
-            for port, bits in cell["connections"].items():
-                if cell["port_directions"].get(port) != "output":
-                    read.update(bits)
+        read = _readers(module)
         for cell in module["cells"].values():
             if cell["type"] == "CCU2C" and not any(read[bit] for bit in cell["connections"].get("COUT", [])):
                 cell["connections"]["COUT"] = ["x"]
     netlist.write_text(json.dumps(design))
+
+def without_fed_carries(netlist: Path) -> None:
+    """Begin the chains of carries of an ECP5 netlist, as JSON, in their first bit.
+
+    Yosys begins a chain with a carry of 0 or 1, and nextpnr takes two sites to feed it in. Here the first bit, A op B
+    without a carry before it, makes its own: A and B in a sum, A or not B in a difference. Its result, A xor B in both,
+    is a LUT, if anything reads it.
+
+    Raises
+    ------
+    ValueError
+        A chain that begins with a constant is not as Yosys 0.70 maps sums and differences.
+    """
+    design = json.loads(netlist.read_text())
+    for module in design["modules"].values():
+        read  = _readers(module)
+        heads = [(name, cell) for name, cell in module["cells"].items()
+            if cell["type"] == "CCU2C" and cell["connections"]["CIN"][0] in ("0", "1")]
+        for name, cell in heads:
+            nets, parameters = cell["connections"], cell["parameters"]
+            carry = nets["CIN"][0]
+            if (parameters["INIT0"], nets["C0"], nets["D0"]) != (SUM_INIT, [carry], ["1"]):
+                raise ValueError(f"{netlist}: the carries of {name} do not begin as Yosys 0.70 maps them; "
+                    "mend without_fed_carries, or leave it out")
+            (result,) = nets["S0"]
+            if read[result]:
+                module["cells"][f"{name}_first"] = _lut(nets["A0"], nets["B0"], result)
+            parameters["INIT0"] = FIRST_INIT[carry]
+            nets["CIN"] = nets["S0"] = ["x"]
+    netlist.write_text(json.dumps(design))
+
+# Contents of the LUT of a bit, as Yosys maps it: its result without the carry, and the carry that it makes itself, A.
+SUM_INIT = "1001011010101010"
+
+# The same of a first bit: the carry before it never passes, and it makes that of a sum, of a difference.
+FIRST_INIT = {"0": "0000000000001000", "1": "0000000000001011"}
+
+def _readers(module: dict) -> Counter:
+    """Return how many inputs and pins read each net."""
+    read = Counter(bit for port in module["ports"].values() for bit in port["bits"])
+    for cell in module["cells"].values():
+        for port, bits in cell["connections"].items():
+            if cell["port_directions"].get(port) != "output":
+                read.update(bits)
+    return read
+
+def _lut(a: list, b: list, z: object) -> dict:
+    """Return the cell of a LUT4 with A xor B."""
+    return {
+        "hide_name":       0,
+        "type":            "LUT4",
+        "parameters":      {"INIT": "0110011001100110"},
+        "attributes":      {},
+        "port_directions": {"A": "input", "B": "input", "C": "input", "D": "input", "Z": "output"},
+        "connections":     {"A": a, "B": b, "C": ["0"], "D": ["0"], "Z": [z]},
+    }

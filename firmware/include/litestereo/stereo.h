@@ -27,7 +27,7 @@ extern "C" {
 #define STEREO_API_VERSION 0x0001u
 
 /** Oldest register interface that the driver works with; a newer one has the same major version. */
-#define STEREO_GATEWARE_VERSION 0x0003u
+#define STEREO_GATEWARE_VERSION 0x0004u
 
 /** Largest DMA alignment that this firmware lays frames out for, in bytes. */
 #define STEREO_MAX_ALIGNMENT 64u

@@ -24,10 +24,11 @@ extern "C" {
 
 /** Limits of the settings: what the gateware was built for. */
 typedef struct {
-    uint16_t max_disparities;  /**< A multiple of 16. */
-    uint8_t  min_block_size;   /**< Pixels, odd. */
-    uint8_t  max_block_size;   /**< Pixels, odd. */
-    uint32_t features;         /**< enum litestereo_feature. */
+    uint16_t max_disparities;   /**< A multiple of 16. */
+    uint8_t  min_block_size;    /**< Pixels, odd. */
+    uint8_t  max_block_size;    /**< Pixels, odd. */
+    uint32_t features;          /**< enum litestereo_feature. */
+    uint8_t  max_prefilter_cap; /**< Largest prefilter_cap; 0: all of its range. */
 } stereo_limits_t;
 
 /** Settings of a frame: those of cv2.StereoBM, with its names, and a few more. */

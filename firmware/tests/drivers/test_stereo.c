@@ -14,7 +14,7 @@
 
 static void test_init(void)
 {
-    static const uint32_t versions[] = {0, 2, 0x0100, 0x0103, 0xffff};
+    static const uint32_t versions[] = {0, 3, 0x0100, 0x0104, 0xffff};
     static const uint32_t wrong[][4] = {
         {0, 64, 21 << 8 | 5, 16}, {640, 0, 21 << 8 | 5, 16}, {640, 40, 21 << 8 | 5, 16}, {640, 64, 20 << 8 | 5, 16},
         {640, 64, 21 << 8 | 6, 16}, {640, 64, 5 << 8 | 7, 16}, {640, 64, 21 << 8 | 5, 0}, {640, 64, 21 << 8 | 5, 128},
@@ -29,17 +29,18 @@ static void test_init(void)
         require_all_done();
     }
     for (size_t i = 0; i < sizeof(wrong) / sizeof(wrong[0]); i++) {
-        expect_capabilities(3, wrong[i][0], wrong[i][1], wrong[i][2], wrong[i][3]);
+        expect_capabilities(4, wrong[i][0], wrong[i][1], wrong[i][2], wrong[i][3]);
         REQUIRE(stereo_init(&stereo) == STATUS_UNSUPPORTED);
         require_all_done();
     }
     set_up();
-    REQUIRE(stereo.capabilities.version == 0x0004 && stereo.capabilities.max_width == 640);
+    REQUIRE(stereo.capabilities.version == 0x0005 && stereo.capabilities.max_width == 640);
     REQUIRE(stereo.capabilities.limits.max_disparities == 64 && stereo.capabilities.limits.features == 0xff);
     REQUIRE(stereo.capabilities.limits.min_block_size == 5 && stereo.capabilities.limits.max_block_size == 21);
+    REQUIRE(stereo.capabilities.limits.max_prefilter_cap == 50);
     REQUIRE(stereo.capabilities.dma_alignment == 16 && stereo.capabilities.max_height == 4095);
     /* A matcher that is busy when the firmware starts is stopped first. */
-    expect_capabilities(3, 640, 64, 21 << 8 | 5, 16);
+    expect_capabilities(4, 640, 64, 21 << 8 | 5, 16);
     expect_read("status", BUSY);
     expect_write("control", 2);
     expect_read("status", BUSY);
@@ -141,7 +142,7 @@ static void test_features(void)
     REQUIRE(stereo_check(&stereo, &job) == STEREO_FIELD_PREFILTER);
     /* One of the two prefilter stages must exist. */
     features = 0xfc;
-    expect_capabilities(3, 640, 64, 21 << 8 | 5, 16);
+    expect_capabilities(4, 640, 64, 21 << 8 | 5, 16);
     REQUIRE(stereo_init(&stereo) == STATUS_UNSUPPORTED);
     require_all_done();
     features = 0xff;

@@ -349,6 +349,29 @@ static void test_small_device(void)
     device_info = usual;
 }
 
+/* A device built for smaller sums tells its largest cap, and refuses any above. */
+static void test_smaller_cap(void)
+{
+    device_info_t usual = device_info;
+    uint8_t       payload[8];
+    bool          told = false;
+
+    device_info.limits.max_prefilter_cap = 36;
+    set_up();
+    hello(1);
+    for (uint32_t at = PROTOCOL_CAPABILITIES_SIZE; at < reply.length; at += PROTOCOL_CAPABILITY_SIZE) {
+        told |= get_u16(reply.payload + at) == LITESTEREO_CAPABILITY_MAX_PREFILTER_CAP
+            && get_u32(reply.payload + at + 4) == 36;
+    }
+    REQUIRE(told);
+    put_parameter(payload, PARAMETER_PREFILTER_CAP, 37);
+    ask(TYPE_CONFIGURE, 0, 0, payload, 8);
+    require_error(ERROR_RANGE, PARAMETER_PREFILTER_CAP);
+    put_parameter(payload, PARAMETER_PREFILTER_CAP, 36);
+    REQUIRE(ask(TYPE_CONFIGURE, 0, 0, payload, 8) == 0x82);
+    device_info = usual;
+}
+
 /* A name as long as its field has no zero at the end, and a longer one is cut. */
 static void test_long_name(void)
 {
@@ -406,6 +429,7 @@ int main(void)
     test_ranges();
     test_features();
     test_small_device();
+    test_smaller_cap();
     test_long_name();
     test_more_capabilities();
     test_statistics();

@@ -14,7 +14,9 @@
 
 int main(void)
 {
-    static const stereo_limits_t limits = {256, 5, 255, UINT32_MAX};
+    static const stereo_limits_t limits = {
+        .max_disparities = 256, .min_block_size = 5, .max_block_size = 255, .features = UINT32_MAX,
+    };
     stereo_settings_t            settings = {0};
     unsigned                     width, height;
     uint8_t                     *images;

@@ -20,6 +20,7 @@ fake_stereo_t fake_stereo = {
     .max_width        = 1024,
     .max_disparities  = 64,
     .max_block_size   = 21,
+    .max_prefilter_cap = 63,
     .features         = 0xff,
     .clocks_per_pixel = 1,
 };
@@ -93,7 +94,8 @@ static void match_stream(void)
 
 static void start(void)
 {
-    stereo_limits_t limits = {fake_stereo.max_disparities, 5, fake_stereo.max_block_size, fake_stereo.features};
+    stereo_limits_t limits = {fake_stereo.max_disparities, 5, fake_stereo.max_block_size, fake_stereo.features,
+        fake_stereo.max_prefilter_cap};
 
     if (regs.busy) {
         return;
@@ -169,10 +171,11 @@ uint32_t stereo_status_read(void)           { return regs.busy | regs.code << 8;
 uint32_t stereo_clocks_read(void)           { return regs.clocks; }
 uint32_t stereo_first_row_clocks_read(void) { return regs.first_row_clocks; }
 uint32_t stereo_frames_read(void)           { return regs.frames; }
-uint32_t stereo_version_read(void)          { return 0x0003; }
+uint32_t stereo_version_read(void)          { return 0x0004; }
 uint32_t stereo_max_width_read(void)        { return fake_stereo.max_width; }
 uint32_t stereo_max_disparities_read(void)  { return fake_stereo.max_disparities; }
 uint32_t stereo_block_sizes_read(void)      { return 5 | fake_stereo.max_block_size << 8; }
+uint32_t stereo_max_prefilter_cap_read(void) { return fake_stereo.max_prefilter_cap; }
 uint32_t stereo_features_read(void)         { return fake_stereo.features; }
 uint32_t stereo_dma_alignment_read(void)    { return 16; }
 uint32_t stereo_ev_pending_read(void)       { return regs.pending; }

@@ -17,6 +17,7 @@ typedef struct {
     uint16_t max_width;         /**< Pixels. */
     uint16_t max_disparities;   /**< A multiple of 16. */
     uint8_t  max_block_size;    /**< Pixels, odd. */
+    uint8_t  max_prefilter_cap; /**< Largest prefilter_cap. */
     uint32_t features;          /**< enum stereo_feature. */
     uint32_t clocks_per_pixel;  /**< Simulated speed. */
     bool     hang;              /**< Never finishes, until it is aborted. */

@@ -26,6 +26,7 @@ void expect_capabilities(uint32_t version, uint32_t width, uint32_t disparities,
     expect_read("max_width", width);
     expect_read("max_disparities", disparities);
     expect_read("features", features);
+    expect_read("max_prefilter_cap", 50);
     expect_read("dma_alignment", alignment);
 }
 
@@ -33,7 +34,7 @@ void set_up(void)
 {
     mock_clock      = 0;
     mock_clock_step = 10;
-    expect_capabilities(0x0004, 640, 64, 21 << 8 | 5, 16);
+    expect_capabilities(0x0005, 640, 64, 21 << 8 | 5, 16);
     expect_read("status", 0);
     expect_write("ev_pending", 3);
     expect_write("ev_enable", 3);

@@ -98,6 +98,24 @@ def test_widest_image(matcher):
         check(matcher, left, right, dataclasses.replace(ALL, block_size=block_size))
 
 
+@pytest.mark.parametrize("block, cap, column_bits, cost_bits", [(7, 36, 9, 12), (9, 50, 10, 13), (5, 31, 9, 11)])
+def test_sums_of_a_smaller_cap(block, cap, column_bits, cost_bits):
+    """Sums that have no bit more than the largest cap and block need hold the extremes, and are OpenCV's."""
+    parameters = MatcherParameters(64, disparities=16, max_block_size=block, max_prefilter_cap=cap,
+                                   features=set(FEATURES) - {"raw"})
+    assert (parameters.column_bits, parameters.cost_bits) == (column_bits, cost_bits)
+    matcher = CosimMatcher(parameters)
+    rng     = generator(34, cap)
+    # Left edges are right images' opposite ones: filtered pixels are 0 and twice the cap.
+    stripes = np.tile(np.array([0, 0, 255, 255], np.uint8), (20, 16))
+    pairs   = [(stripes, np.roll(stripes, 2, axis=1)), *(pair for _, *pair in awkward_pairs(rng, 64, 20))]
+    for left, right in pairs:
+        for least in (MatcherSettings(16, block, prefilter_cap=cap, texture_threshold=0, uniqueness_ratio=0),
+                      MatcherSettings(16, block, prefilter_cap=cap, disp12_max_diff=1)):
+            check(matcher, left, right, least)
+    matcher.close()
+
+
 def test_frames_back_to_back(matcher):
     """A second frame waits at the sink while the first one ends; the matcher also stalls for the output."""
     rng   = generator(33)

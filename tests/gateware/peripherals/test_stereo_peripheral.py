@@ -16,7 +16,7 @@ from litex.gen import LiteXModule
 from litex.soc.interconnect import wishbone
 from migen import ClockDomain, Signal
 
-from litestereo.gateware.common.parameters import FEATURES, MIN_BLOCK_SIZE, MatcherParameters
+from litestereo.gateware.common.parameters import FEATURES, MAX_PREFILTER_CAP, MIN_BLOCK_SIZE, MatcherParameters
 from litestereo.gateware.common.settings import MAX_HEIGHT
 from litestereo.gateware.common.settings import SETTINGS as TABLE
 from litestereo.gateware.matcher.frame_settings import NO_CHECK, frame_settings
@@ -79,9 +79,10 @@ PORTS = {
 CROSSED = {f"{name} crossed": PORTS[name] for name in ("wishbone-32", "native-64")}
 
 
-def built(features):
+def built(features, cap=MAX_PREFILTER_CAP):
     """Return the parameters of a peripheral with these stages."""
-    return MatcherParameters(MAX_WIDTH, disparities=DISPARITIES, max_block_size=MAX_BLOCK, features=features)
+    return MatcherParameters(MAX_WIDTH, disparities=DISPARITIES, max_block_size=MAX_BLOCK, max_prefilter_cap=cap,
+                             features=features)
 
 
 class Crossed(LiteXModule):
@@ -95,12 +96,12 @@ class Crossed(LiteXModule):
 
 class Bench:
     """The peripheral with memory at its ports, and a frame as software sees it."""
-    def __init__(self, kind, rng, features=FEATURES):
+    def __init__(self, kind, rng, features=FEATURES, cap=MAX_PREFILTER_CAP):
         ports    = dict(zip(("read", "write"), (PORTS | CROSSED)[kind](), strict=True))
         self.crossed = kind in CROSSED
         self.errs    = kind.startswith("wishbone") # The bus can answer with an error.
         top      = (Crossed if self.crossed else StereoPeripheral)(
-            ports["read"], ports["write"], built(features), burst_bytes=64, with_csr=False)
+            ports["read"], ports["write"], built(features, cap), burst_bytes=64, with_csr=False)
         self.dut = dut = top.peripheral if self.crossed else top
         inputs   = {name: getattr(dut, name) for name in (*SETTINGS, "start", "abort")}
         outputs  = {name: getattr(dut, name)
@@ -503,6 +504,15 @@ def test_limits_of_settings(name):
         expected, places = bench.begin(30, 8, settings=settings)
         assert bench.end() == ["done"], settings
         assert np.array_equal(bench.map_at(places[2], expected.shape), expected), settings
+    bench.core.close()
+
+
+def test_a_smaller_cap():
+    """A cap above the one that is built is refused, unless the prefilter is off; that one and less are accepted."""
+    bench = Bench("wishbone-32", byte_generator(23), cap=36)
+    for cap, xsobel, event in [(36, 1, "done"), (37, 1, "failed"), (35, 1, "done"), (63, 1, "failed"), (63, 0, "done")]:
+        bench.begin(30, 8, changes={"prefilter_cap": cap, "xsobel": xsobel}, settings=PLAIN)
+        assert bench.end() == [event], (cap, xsobel)
     bench.core.close()
 
 

@@ -18,7 +18,7 @@ from litestereo.gateware.common.parameters import MatcherParameters
 from litestereo.host_tools.core.errors import DeviceError, ImageError, SettingsError, UnsupportedError, UrlError
 from litestereo.host_tools.core.features import ALL_STAGES, Feature
 from litestereo.host_tools.core.settings import MatcherSettings, Parameter
-from litestereo.host_tools.devices.base import DeviceInfo
+from litestereo.host_tools.devices.base import DeviceInfo, choose_settings
 from litestereo.host_tools.devices.connect import connect
 from litestereo.sim.models.stereo_bm import stereo_bm
 from support.expected import expected_map
@@ -197,8 +197,9 @@ def test_what_a_device_lacks_of_opencv(number):
 @pytest.mark.parametrize(("more", "expected"), [
     ({}, {}),
     ({1: 16, 2: 262136}, {"dma_alignment": 16, "update_bytes": 262136}),
+    ({1: 16, 2: 262136, 3: 36}, {"dma_alignment": 16, "update_bytes": 262136, "max_prefilter_cap": 36}),
     ({2: 5, 0x1234: 7}, {"update_bytes": 5}),
-], ids=["older firmware", "firmware of today", "newer firmware"])
+], ids=["older firmware", "firmware of today", "a smaller cap", "newer firmware"])
 def test_capabilities(more, expected):
     """Those that are known here, by name: unknown numbers are skipped, absent ones are not in it."""
     with udp_device() as there:
@@ -206,6 +207,21 @@ def test_capabilities(more, expected):
         with connect(there.url) as device:
             assert device.info().capabilities == expected
             assert device.info().max_disparities == 128
+            assert device.info().max_prefilter_cap == more.get(3, 63)
+
+
+@pytest.mark.parametrize("most", [31, 36, 62, 0])
+def test_a_smaller_cap(most):
+    """A larger prefilter cap is refused with the limit, where it has an effect; defaults have the largest at most."""
+    info  = DeviceInfo("model:", "a device", 640, 480, 640*480, 64, 5, 21, capabilities={"max_prefilter_cap": most})
+    limit = most or 63
+    info.check(640, 480, MatcherSettings(prefilter_cap=limit))
+    assert info.default_settings().prefilter_cap == 31
+    assert choose_settings([info], default=MatcherSettings(prefilter_cap=63)).settings.prefilter_cap == limit
+    if most:
+        info.check(640, 480, MatcherSettings(prefilter_cap=most + 1, prefilter="none", texture_threshold=0))
+        with pytest.raises(UnsupportedError, match=f"a device has prefilter caps up to {most}, not {most + 1}"):
+            info.check(640, 480, MatcherSettings(prefilter_cap=most + 1))
 
 
 class SimulationError(Exception):

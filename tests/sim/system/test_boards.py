@@ -51,7 +51,8 @@ def drawn_pairs(preset, salt):
     """Yield drawn settings within a preset, and a small pair for each; the first setting has all stages at work."""
     rng   = generator(salt)
     # Wider images take long on a serial line.
-    draws = OpenCVDraws(rng, block_size=preset.max_block_size, disparities=preset.disparities, min_disparity=40)
+    draws = OpenCVDraws(rng, block_size=preset.max_block_size, disparities=preset.disparities, min_disparity=40,
+                        prefilter_cap=preset.max_prefilter_cap)
     for index in range(DRAWN):
         settings = draws.settings()
         if index == 0:

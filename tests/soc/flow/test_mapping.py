@@ -3,13 +3,20 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Hints for Yosys and nextpnr: memories whose ports never collide, and carries that nothing reads."""
+"""Hints for Yosys and nextpnr: memories whose ports never collide, carries that nothing reads, and first ones."""
 
 import json
+import random
 
 import pytest
 
-from litestereo.soc.flow.mapping import with_garbage, without_collision_logic, without_open_carries
+from litestereo.soc.flow.mapping import (
+    SUM_INIT,
+    with_garbage,
+    without_collision_logic,
+    without_fed_carries,
+    without_open_carries,
+)
 
 MEMORY = """\
 reg [7:0] {name}[0:15];
@@ -61,3 +68,84 @@ def test_open_carries(tmp_path):
     after = json.loads(path.read_text())["modules"]["top"]["cells"]
     assert {name: after[name]["connections"]["COUT"] for name in ("first", "last", "read", "pin")} == {
         "first": [3], "last": ["x"], "read": [6], "pin": [8]}
+
+
+def lut(init, *inputs):
+    """Return the output of a LUT: bit n of `init`, written from the highest down, n with the first input low."""
+    return int(init[-1 - sum(bit << place for place, bit in enumerate(inputs))])
+
+
+def simulate(cells, nets, carry_in):
+    """Follow LUTs and carries of a netlist, in order, as Lattice's models of LUT4 and CCU2C; an open carry is drawn."""
+    def value(cell, port):
+        (net,) = cell["connections"][port]
+        return {"0": 0, "1": 1, "x": carry_in}[net] if isinstance(net, str) else nets[net]
+
+    def drive(cell, port, bit):
+        nets[cell["connections"][port][0]] = bit
+
+    for cell in cells:
+        if cell["type"] == "LUT4":
+            drive(cell, "Z", lut(cell["parameters"]["INIT"], *(value(cell, port) for port in "ABCD")))
+            continue
+        carry = value(cell, "CIN")
+        for half in "01":
+            init    = cell["parameters"][f"INIT{half}"]
+            a, b, *rest = (value(cell, port + half) for port in "ABCD")
+            through = lut(init, a, b, *rest)
+            drive(cell, f"S{half}", through ^ carry)
+            carry = carry if through else lut(init[-4:], a, b)
+        drive(cell, "COUT", carry)
+
+
+def chain(bits, *, difference, reads_first):
+    """Return a sum or difference of two numbers as Yosys maps it: a netlist, and the nets of A, B and the result."""
+    a, b, out = (list(range(start, start + bits)) for start in (100, 200, 300))
+    constant  = str(int(difference))
+    cells, carry = {}, constant
+    for bit in range(0, bits, 2):
+        ports = {"CIN": [carry], "COUT": [400 + bit]}
+        for half in (0, 1):
+            ports |= {f"A{half}": [a[bit + half]], f"B{half}": [b[bit + half]], f"C{half}": [constant],
+                      f"D{half}": ["1"], f"S{half}": [out[bit + half]]}
+        directions = {port: "output" if port[0] == "S" or port == "COUT" else "input" for port in ports}
+        cells[f"slice{bit}"] = {"type": "CCU2C", "parameters": {"INIT0": SUM_INIT, "INIT1": SUM_INIT},
+                                "port_directions": directions, "connections": ports}
+        carry = 400 + bit
+    read = [*out[0 if reads_first else 1:], carry]
+    return {"modules": {"top": {"ports": {"out": {"bits": read}}, "cells": cells}}}, a, b, read
+
+
+@pytest.mark.parametrize("bits", [2, 4, 10])
+@pytest.mark.parametrize("difference", [False, True], ids=["sum", "difference"])
+@pytest.mark.parametrize("reads_first", [False, True], ids=["comparison", "result"])
+def test_first_carries(tmp_path, bits, difference, reads_first):
+    """A chain that begins in its first bit gives the same bits, for any open carry; its LUT is only there if read."""
+    netlist, a, b, read = chain(bits, difference=difference, reads_first=reads_first)
+    path = tmp_path / "top.json"
+    path.write_text(json.dumps(netlist))
+    without_fed_carries(path)
+    after = json.loads(path.read_text())["modules"]["top"]["cells"]
+    assert after["slice0"]["connections"]["CIN"] == after["slice0"]["connections"]["S0"] == ["x"]
+    assert sum(cell["type"] == "LUT4" for cell in after.values()) == reads_first
+    rng = random.Random(bits)
+    for number in range(4**bits if bits < 5 else 3000):
+        drawn = number if bits < 5 else rng.getrandbits(2*bits)
+        pins  = {net: drawn >> place & 1 for place, net in enumerate(a + b)}
+        before, now = dict(pins), dict(pins)
+        simulate(netlist["modules"]["top"]["cells"].values(), before, 0)
+        simulate(after.values(), now, rng.getrandbits(1))
+        assert [before[net] for net in read] == [now[net] for net in read]
+        first, second = drawn & (1 << bits) - 1, drawn >> bits
+        total = first + (~second & (1 << bits) - 1) + 1 if difference else first + second
+        assert [before[net] for net in read[:-1]] == [total >> place & 1 for place in range(not reads_first, bits)]
+
+
+def test_first_carries_of_another_form(tmp_path):
+    """A chain that another release of Yosys maps in another way is an error."""
+    netlist, *_ = chain(2, difference=False, reads_first=True)
+    netlist["modules"]["top"]["cells"]["slice0"]["parameters"]["INIT0"] = "0"*16
+    path = tmp_path / "top.json"
+    path.write_text(json.dumps(netlist))
+    with pytest.raises(ValueError, match="slice0 do not begin as Yosys 0.70 maps them"):
+        without_fed_carries(path)

@@ -70,6 +70,7 @@ uint32_t stereo_version_read(void);
 uint32_t stereo_max_width_read(void);
 uint32_t stereo_max_disparities_read(void);
 uint32_t stereo_block_sizes_read(void);
+uint32_t stereo_max_prefilter_cap_read(void);
 uint32_t stereo_features_read(void);
 uint32_t stereo_dma_alignment_read(void);
 uint32_t stereo_ev_pending_read(void);
