@@ -124,24 +124,31 @@ class MapParts(LiteXModule):
         ]
 
     def add_payload(self, read, parts):
-        """Read the payload of the first part that waits."""
+        """Read the payload of the first part that waits, a word ahead: block RAM takes half a clock to show a word."""
         first     = Signal(max=parts)          # Where it is kept.
         index     = Signal(max=CHUNK_BYTES//4) # Number of its next word,
         following = Signal(max=CHUNK_BYTES//4) # and the same a clock later.
-        there     = Signal()                   # The memory shows that word.
+        there     = Signal()                   # The memory shows that word,
+        takes     = Signal()                   # and the register takes it.
+        held      = Signal()                   # The register has a word.
         popped    = Signal()                   # The part is sent or discarded.
         self.comb += [
             popped.eq(self.fifo.source.valid & self.fifo.source.ready),
-            following.eq(index + (self.payload.valid & self.payload.ready)),
+            takes.eq(~held | self.payload.ready),
+            following.eq(index + (there & takes)),
             read.adr.eq(Cat(following, first)),
-            self.payload.valid.eq(there),
-            self.payload.data.eq(read.dat_r),
+            self.payload.valid.eq(held),
         ]
         self.sync += [
             index.eq(following),
             there.eq(self.fifo.source.valid & ~popped),
+            If(takes,
+                held.eq(there),
+                self.payload.data.eq(read.dat_r)
+            ),
             If(popped,
                 first.eq(first + 1),
-                index.eq(0)
+                index.eq(0),
+                held.eq(0)
             ),
         ]
