@@ -130,25 +130,25 @@ class MapParts(LiteXModule):
         following = Signal(max=CHUNK_BYTES//4) # and the same a clock later.
         there     = Signal()                   # The memory shows that word,
         takes     = Signal()                   # and the register takes it.
-        held      = Signal()                   # The register has a word.
+        loaded    = Signal()                   # The register has a word.
         popped    = Signal()                   # The part is sent or discarded.
         self.comb += [
             popped.eq(self.fifo.source.valid & self.fifo.source.ready),
-            takes.eq(~held | self.payload.ready),
+            takes.eq(~loaded | self.payload.ready),
             following.eq(index + (there & takes)),
             read.adr.eq(Cat(following, first)),
-            self.payload.valid.eq(held),
+            self.payload.valid.eq(loaded),
         ]
         self.sync += [
             index.eq(following),
             there.eq(self.fifo.source.valid & ~popped),
             If(takes,
-                held.eq(there),
+                loaded.eq(there),
                 self.payload.data.eq(read.dat_r)
             ),
             If(popped,
                 first.eq(first + 1),
                 index.eq(0),
-                held.eq(0)
+                loaded.eq(0)
             ),
         ]

@@ -79,7 +79,7 @@ TASKS = [
     Task("MessageSorter", message_sorter, 18),
     Task("PairGate", pair_gate, 16),
     Task("SendQueue", send_queue, 6, 1, 24),
-    Task("MapParts", map_parts, 8, 1, 20),
+    Task("MapParts", map_parts, 8, 2, 20),
     Task("RowWindow", row_window, 8, 4, 24),
     Task("RowRing", row_ring, 8),
 ]

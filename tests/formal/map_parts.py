@@ -89,7 +89,8 @@ def map_parts(make=MapParts) -> Proof:
     proof.prove("they are parts of maps", ~source.valid | (source.type == TYPE_READ | REPLY_BIT))
     proof.prove("what is offered stays, or is given up", stays(proof, source) | (given & ~core.taken))
     proof.prove("what is taken stays", ~core.taken | source.valid)
-    proof.prove("its payload is there, and stays", ~core.taken | (payload.valid & stays(proof, payload)))
+    proof.prove("its payload is there a clock later, and stays", ~(core.taken & before)
+                | (payload.valid & stays(proof, payload)))
     proof.prove("nothing of a map that was given up is offered", ~source.valid | ~given | core.taken)
     late = counted(proof, drops, ~given, 2)
     proof.prove("it is discarded soon", late <= PARTS)
@@ -104,7 +105,7 @@ def map_parts(make=MapParts) -> Proof:
     place = Signal(30)
     proof.comb += place.eq(source.offset[2:] + word)
     half  = (source.length[1]) & (word == words - 1)
-    proof.prove("the payload is what the map holds there", ~core.taken | (word == words) | ~marked | (place != which)
+    proof.prove("the payload is what the map holds there", ~payload.valid | (word == words) | ~marked | (place != which)
                 | ((payload.data[:16] == data[:16]) & (half | (payload.data[16:] == data[16:]))))
     over = ~under & ~core.sending
     proof.reach("a map of two parts and a pixel is sent, but for what finds no room", over & ~given & (pixel == 9)
@@ -119,7 +120,7 @@ def map_parts(make=MapParts) -> Proof:
 def invariants(proof: Proof, core: MapParts, ghost: SimpleNamespace) -> None:
     """State the invariants of the registers, for the induction."""
     named = {name: inside(core, name)[0] for name in
-             ("active", "place", "omitted", "dropping", "first", "index", "there")}
+             ("active", "place", "omitted", "dropping", "first", "index", "there", "loaded")}
     own   = {len(signal): signal for name in ("offset", "pixel", "held") for signal in inside(core, name)}
     fifo  = core.fifo
     pixel, items, level, which, data = ghost.pixel, ghost.items, ghost.level, ghost.which, ghost.data
@@ -140,13 +141,15 @@ def invariants(proof: Proof, core: MapParts, ghost: SimpleNamespace) -> None:
     proof.comb += clocks.eq(ghost.late + level)
     proof.prove("and discarded one after the other", ~ghost.given | (clocks <= PARTS))
     proof.prove("without any more", ~(ghost.given & ghost.under))
-    proof.prove("words are counted", named["index"] == ghost.word[0])
+    proof.prove("words are counted", named["index"] == ghost.word[0] ^ named["loaded"])
     proof.prove("of the message that is taken", (ghost.word == 0) | core.taken)
     proof.prove("no more than it has", ~core.taken | (ghost.word <= ghost.words))
-    proof.prove("shown when it waits", ~named["there"] | (level != 0))
+    proof.prove("shown when it waits", ~(named["there"] | named["loaded"]) | (level != 0))
+    proof.prove("loaded after it was shown", ~named["loaded"] | named["there"])
 
     proof.prove("a clock after the offer", ~proof.past(core.source.valid) | proof.past(taken(core.source))
                 | named["there"])
+    proof.prove("and loaded another one later", ~(core.taken & proof.past(core.taken)) | named["loaded"])
 
     # The word in memory, in any part.
     memory = next(special for special in core._fragment.specials
@@ -157,10 +160,13 @@ def invariants(proof: Proof, core: MapParts, ghost: SimpleNamespace) -> None:
         proof.specials += port
         proof.comb += port.adr.eq(Cat(which[0], named["first"] + place))
         words.append(port.dat_r)
-    port = memory.get_port(async_read=True)
-    proof.specials += port
-    proof.comb += port.adr.eq(Cat(named["index"], named["first"]))
-    proof.prove("what memory shows is in it", ~named["there"] | (core.payload.data == port.dat_r))
+    shows = memory.ports[1].dat_r
+    for name, valid, word, value in [("what memory shows is in it", named["there"], named["index"], shows),
+                                     ("what is loaded as well", named["loaded"], ghost.word[0], core.payload.data)]:
+        port = memory.get_port(async_read=True)
+        proof.specials += port
+        proof.comb += port.adr.eq(Cat(word, named["first"]))
+        proof.prove(name, ~valid | (value == port.dat_r))
     for n, item in enumerate(items):
         low  = which[0] & (item[32:] <= 4) # After the end of the part.
         half = (item[32:] == Mux(which[0], 6, 2))
@@ -173,6 +179,6 @@ def invariants(proof: Proof, core: MapParts, ghost: SimpleNamespace) -> None:
     shown = Signal(30)
     proof.comb += shown.eq(items[0][2:32] + ghost.word)
     half = items[0][33] & (ghost.word == ghost.words - 1)
-    proof.prove("memory shows the word", ~named["there"] | (level == 0) | ~ghost.marked | (ghost.word == ghost.words)
+    proof.prove("the word is loaded", ~named["loaded"] | (level == 0) | ~ghost.marked | (ghost.word == ghost.words)
                 | (shown != which) | ((core.payload.data[:16] == data[:16])
                                       & (half | (core.payload.data[16:] == data[16:]))))
