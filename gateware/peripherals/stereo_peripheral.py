@@ -24,6 +24,9 @@ ERROR_NONE, ERROR_CONFIG, ERROR_BUS, ERROR_ABORTED = range(4)
 # rules, their sum; and three to spare.
 SETTLE_CLOCKS = 1 + 2 + 1 + 1 + 3
 
+# A matcher of more disparities reaches across the FPGA: pairs from memory get a register on their way.
+NEAR_DISPARITIES = 64
+
 # Stereo Peripheral --------------------------------------------------------------------------------
 
 class StereoPeripheral(PeripheralCSR, LiteXModule):
@@ -87,8 +90,8 @@ class StereoPeripheral(PeripheralCSR, LiteXModule):
         legal = Signal() # They are legal; some clocks later.
         self.add_settings(begin, legal)
         self.add_frame(begin, legal)
-        self.add_reset()
-        self.add_stream(map_waits)
+        resetting = self.add_reset()
+        self.add_stream(self.pairs_from_memory(resetting), map_waits)
         if with_csr:
             self.add_csr()
             self.add_irq()
@@ -183,13 +186,29 @@ class StereoPeripheral(PeripheralCSR, LiteXModule):
         )
 
     def add_reset(self):
-        """Reset the matcher after a frame that was given up."""
+        """Reset the matcher after a frame that was given up; return the Signal that does so."""
         # A register: this reaches half of the FPGA.
         resetting = Signal()
         self.sync += resetting.eq(self.fsm.ongoing("STOP"))
         self.comb += self.matcher.reset.eq(resetting)
+        return resetting
 
-    def add_stream(self, map_waits):
+    def pairs_from_memory(self, resetting):
+        """Return the stream of pairs that are read, after registers if the matcher is large."""
+        source = self.reader.source
+        if self.parameters.disparities > NEAR_DISPARITIES:
+            self.read_ready = ready = ResetInserter()(stream.PipeReady(source.description))
+            self.read_data  = data  = ResetInserter()(stream.PipeValid(source.description))
+            self.comb += [
+                ready.reset.eq(resetting),
+                data.reset.eq(resetting),
+                source.connect(ready.sink),
+                ready.source.connect(data.sink),
+            ]
+            source = data.source
+        return source
+
+    def add_stream(self, read, map_waits):
         """Connect the matcher's streams to memory, and to `pairs` and `map` in a streamed frame."""
         matcher  = self.matcher
         streamed = self.frame.streamed
@@ -199,7 +218,7 @@ class StereoPeripheral(PeripheralCSR, LiteXModule):
         self.sync += begun.eq(self.busy & (begun | matcher.busy))
         self.comb += [
             If(~streamed,
-                self.reader.source.connect(matcher.sink)
+                read.connect(matcher.sink)
             ).Elif(self.fsm.ongoing("FRAME") & (matcher.busy | ~begun),
                 self.pairs.connect(matcher.sink)
             ),

@@ -85,14 +85,12 @@ class ECPIX5(BoardSoC):
     matcher_clock = True
     # Turning DDR3's bus costs clocks as well.
     memory_settings = SDR_SETTINGS
-    # The default router does not converge.
-    nextpnr_options = ("--router", "router2")
     preset        = Preset(
         disparities    = 128,
         max_block_size = 15,
         sys_clk_freq   = 75000000,
         matcher_hz     = 100000000,
-        density        = 0.9,
+        density        = 0.8,
     )
 
     def make_platform(self):

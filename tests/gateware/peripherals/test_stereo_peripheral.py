@@ -8,6 +8,7 @@
 from __future__ import annotations
 
 import dataclasses
+from unittest.mock import patch
 
 import numpy as np
 import pytest
@@ -20,6 +21,7 @@ from litestereo.gateware.common.parameters import FEATURES, MAX_PREFILTER_CAP, M
 from litestereo.gateware.common.settings import MAX_HEIGHT
 from litestereo.gateware.common.settings import SETTINGS as TABLE
 from litestereo.gateware.matcher.frame_settings import NO_CHECK, frame_settings
+from litestereo.gateware.peripherals import stereo_peripheral
 from litestereo.gateware.peripherals.stereo_crossing import StereoPeripheralCrossing
 from litestereo.gateware.peripherals.stereo_peripheral import (
     ERROR_ABORTED,
@@ -78,6 +80,9 @@ PORTS = {
 # The same peripheral, with a separate clock for the matcher.
 CROSSED = {f"{name} crossed": PORTS[name] for name in ("wishbone-32", "native-64")}
 
+# The same peripheral, with the registers of one with a large matcher.
+FAR = {"native-32 far": PORTS["native-32"]}
+
 
 def built(features, cap=MAX_PREFILTER_CAP):
     """Return the parameters of a peripheral with these stages."""
@@ -97,11 +102,12 @@ class Crossed(LiteXModule):
 class Bench:
     """The peripheral with memory at its ports, and a frame as software sees it."""
     def __init__(self, kind, rng, features=FEATURES, cap=MAX_PREFILTER_CAP):
-        ports    = dict(zip(("read", "write"), (PORTS | CROSSED)[kind](), strict=True))
+        ports    = dict(zip(("read", "write"), (PORTS | CROSSED | FAR)[kind](), strict=True))
         self.crossed = kind in CROSSED
         self.errs    = kind.startswith("wishbone") # The bus can answer with an error.
-        top      = (Crossed if self.crossed else StereoPeripheral)(
-            ports["read"], ports["write"], built(features, cap), burst_bytes=64, with_csr=False)
+        with patch.object(stereo_peripheral, "NEAR_DISPARITIES", 0 if kind in FAR else DISPARITIES):
+            top = (Crossed if self.crossed else StereoPeripheral)(
+                ports["read"], ports["write"], built(features, cap), burst_bytes=64, with_csr=False)
         self.dut = dut = top.peripheral if self.crossed else top
         inputs   = {name: getattr(dut, name) for name in (*SETTINGS, "start", "abort")}
         outputs  = {name: getattr(dut, name)
@@ -260,7 +266,7 @@ class Bench:
         assert sorted(self.memory.reads) == images, "each word of the images is read once"
 
 
-@pytest.fixture(params=[*PORTS, *CROSSED])
+@pytest.fixture(params=[*PORTS, *CROSSED, *FAR])
 def bench(request):
     rng   = byte_generator(20, request.param)
     bench = Bench(request.param, rng)
