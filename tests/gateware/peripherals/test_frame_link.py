@@ -124,8 +124,10 @@ def test_what_is_written_while_matching_is_counted(link):
 
 def test_what_is_sent_is_counted(link):
     link.memory(0, 5*CHUNK_BYTES)
+    link.clocks(1)
     assert link.counters()["datagrams_sent"] == 5
     link.send("reply", 1, type=0x81, length=4, address=PEER[0], port=PEER[1])
+    link.clocks(1)
     assert link.counters()["datagrams_sent"] == 6
 
 
