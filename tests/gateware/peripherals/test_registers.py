@@ -122,7 +122,7 @@ class StereoRegisters(PeripheralCSR, LiteXModule):
     ALIGNMENT = 16
 
     def __init__(self) -> None:
-        self.parameters = MatcherParameters(max_width=640, disparities=64, max_block_size=21,
+        self.parameters = MatcherParameters(max_width=640, disparities=64, max_block_size=21, max_prefilter_cap=36,
                                             features=("xsobel", "raw", "median"))
         self.alignment  = self.ALIGNMENT
         for name, bits in [*frame_settings(), ("start", 1), ("abort", 1), ("busy", 1), ("done", 1), ("failed", 1),
@@ -136,8 +136,8 @@ STEREO = Map(
     drives=one_each(*(name for name, *_ in REGISTERS)) | {"options": {name: bit for name, bit, _ in OPTIONS}},
     pulses={"control": {"start": 0, "abort": 1}},
     shows={"status": {"busy": 0, "error_code": 8}} | one_each("clocks", "first_row_clocks", "frames"),
-    constants={"version": 0x0003, "max_width": 640, "max_disparities": 64, "block_sizes": 5 | 21 << 8,
-               "dma_alignment": StereoRegisters.ALIGNMENT},
+    constants={"version": 0x0004, "max_width": 640, "max_disparities": 64, "block_sizes": 5 | 21 << 8,
+               "max_prefilter_cap": 36, "dma_alignment": StereoRegisters.ALIGNMENT},
     # All of the stages are in tests/soc/reports/test_tables.py; the events have a test below.
     others=frozenset({"features", "ev_status", "ev_pending", "ev_enable"}))
 
