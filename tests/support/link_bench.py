@@ -32,7 +32,7 @@ WIRE              = [("data", 32), ("last_be", 4), ("error", 4), ("address", 32)
 SHARED            = {"valid", "ready", "last", "data", "last_be", "error"}
 
 COUNTERS = ("datagrams_received", "datagrams_malformed", "datagrams_overrun", "mailbox_overrun", "uploads_foreign",
-            "uploads_unfit", "chunks_received", "chunks_repeated", "datagrams_sent")
+            "uploads_unfit", "chunks_received", "chunks_repeated", "chunks_while_matching", "datagrams_sent")
 JOB      = ("address", "port", "type", "session", "sequence", "frame_id", "offset", "base", "length")
 
 
@@ -76,6 +76,7 @@ class LinkInRAM(LiteXModule):
             "reply": queue.reply, "burst": queue.burst, "abort": queue.abort,
             "stream_frame_id": link.gate.frame_id, "stream_pixels": link.gate.pixels, "sequence": link.sequence,
             "stream_open": link.gate.open, "stream_close": link.gate.close, "slow": self.slow,
+            "matching": link.matching,
         } | {f"send_{name}": getattr(queue.job, name) for name in JOB}
         self.status = {
             "clearing": table.clearing, "writing": sorter.writing, "arrived": table.arrived, "missing": table.missing,

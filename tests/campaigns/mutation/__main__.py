@@ -27,6 +27,7 @@ class Tally:
     caught:    list[Mutant] = field(default_factory=list)
     hung:      list[Mutant] = field(default_factory=list) #: Of the caught ones, those whose tests did not end.
     explained: list[Mutant] = field(default_factory=list)
+    unchanged: list[Mutant] = field(default_factory=list) #: Of the explained ones, those that give the same code.
     survived:  list[Mutant] = field(default_factory=list)
 
     @property
@@ -35,12 +36,15 @@ class Tally:
         return len(self.caught) + len(self.explained) + len(self.survived)
 
     def add(self, mutant: Mutant, result: str) -> str:
-        """Count a verdict; return it, "explained" for a survivor of the list."""
+        """Count a verdict; return it, "explained" for a survivor of the list.
+
+        A mutant that gives the same Verilog, or the same assembly, explains itself.
+        """
         if result == "survived" and (mutant.file, mutant.code, mutant.before, mutant.after) in EXPLAINED:
             result = "explained"
-        getattr(self, "caught" if result == "hung" else result).append(mutant)
-        if result == "hung":
-            self.hung.append(mutant)
+        counted = {"hung": "caught", "unchanged": "explained"}.get(result, result)
+        for name in {counted, result}:
+            getattr(self, name).append(mutant)
         return result
 
 
@@ -116,10 +120,11 @@ def main() -> int:
 
 def table(tallies: dict[str, Tally]) -> str:
     """Return the counts of all areas."""
-    rows = [f"{'area':13} {'drawn':>6} {'caught':>7} {'(hung)':>7} {'explained':>10} {'survived':>9}"]
+    rows = [f"{'area':13} {'drawn':>6} {'caught':>7} {'(hung)':>7} {'explained':>10} {'(same)':>7} "
+            f"{'survived':>9}"]
     for name, tally in tallies.items():
         rows.append(f"{name:13} {tally.drawn:6} {len(tally.caught):7} {f'({len(tally.hung)})':>7} "
-                    f"{len(tally.explained):10} {len(tally.survived):9}")
+                    f"{len(tally.explained):10} {f'({len(tally.unchanged)})':>7} {len(tally.survived):9}")
     return "\n".join(rows)
 
 

@@ -12,6 +12,7 @@ program of `firmware/tests/Makefile`. Quick ones first: the first that fails end
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Literal
 
 from . import c_faults, gateware_faults, python_faults
 from .mutant import Faults
@@ -19,6 +20,7 @@ from .mutant import Faults
 PROOF      = "formal/test_formal.py::test_a_core_as_it_is_passes"
 PERIPHERAL = "gateware/peripherals/test_stereo_peripheral.py"
 LINK       = "gateware/peripherals/test_frame_link.py"
+REGISTERS  = "gateware/peripherals/test_registers.py"
 STREAMING  = "gateware/link/test_streaming.py"
 NETWORK    = "gateware/link/test_network.py"
 WIRE       = "gateware/link/test_wire.py"
@@ -38,6 +40,8 @@ class Area:
     needs:    tuple[str, ...]             #: folders with what the tests are made of, other than tests
     limit_s:  int                         #: processor time that each process of a mutant's tests may take
     excluded: dict[str, str] = field(default_factory=dict)
+    #: What shows that a survivor does as the file does, if it is the same: models, assembly, or nothing.
+    unchanged: Literal["models", "assembly", ""] = ""
 
 
 #: What the tests of gateware are made of.
@@ -118,9 +122,11 @@ RECTIFICATION = {
 }
 
 PERIPHERALS = {
-    "frame_link.py":        (LINK, STREAMING),
-    "frame_link_csr.py":    (LINK, STREAMING),
-    "stereo_csr.py":        (PERIPHERAL,),
+    # The network's has no streamed frames.
+    "frame_link.py":        (LINK, STREAMING, NETWORK),
+    # The others have no registers.
+    "frame_link_csr.py":    (REGISTERS,),
+    "stereo_csr.py":        (REGISTERS, f"{PROOF}[StereoPeripheral]"),
     "stereo_peripheral.py": (f"{PROOF}[StereoPeripheral]", PERIPHERAL),
 }
 
@@ -128,7 +134,7 @@ PERIPHERALS = {
 def _gateware(tests: dict[str, tuple[str, ...]], prefix: str, *folders: str, limit_s: int = 1200,
               excluded: dict[str, str] | None = None) -> Area:
     return Area(gateware_faults.mutants_of, tuple(f"gateware/{folder}" for folder in folders), (".py",), prefix, tests,
-                (*MODELS, "tests/formal", "tests/support"), limit_s, excluded or {})
+                (*MODELS, "tests/formal", "tests/support"), limit_s, excluded or {}, "models")
 
 
 _SESSION = ("test_session", "test_session_peers", "test_session_frames", "test_session_stream", "test_session_update",
@@ -258,7 +264,7 @@ AREAS = {
                       "firmware/tests/Makefile", "firmware/tests/stubs", "firmware/tests/support"), 60, {
         "drivers/ensure.c":   "ends the program: only a test that fails runs it to the end",
         "drivers/platform.c": "caches, interrupts and stack of the processor: only simulation runs it",
-    }),
+    }, "assembly"),
     "pixel-path": _gateware(PIXEL_PATH, "gateware/", "engines", "matcher", "post"),
     "rectification": _gateware(RECTIFICATION, "gateware/rectification/", "rectification"),
     "memory":     _gateware(MEMORY, "gateware/memory/", "memory",

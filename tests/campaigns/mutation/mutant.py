@@ -27,11 +27,17 @@ class Mutant:
     after:  str
     code:   str  #: first source line of the fault, unchanged
     source: str  #: the whole file, with the fault
+    place:  tuple[int, int] #: of the fault in the unchanged file: first character, and the one after the last
 
     @property
     def name(self) -> str:
         """Return place and kind of the fault, in a line."""
         return f"{self.file}:{self.line} {self.kind}: {self.before} -> {self.after}"
+
+    def replaced(self, text: str) -> str:
+        """Return the unchanged file with a text in the place of the fault."""
+        sound = (CHECKOUT / self.file).read_text()
+        return sound[:self.place[0]] + text + sound[self.place[1]:]
 
     @property
     def diff(self) -> str:
@@ -67,7 +73,8 @@ class Splicer:
         line   = self.source.count("\n", 0, begin) + 1
         before = " ".join(self.source[begin:end].split())
         return Mutant(self.file, line, kind, before, " ".join(after.split()), self.lines[line - 1].strip(),
-                      self.source[:begin] + (f"({after})" if grouped else after) + self.source[end:])
+                      self.source[:begin] + (f"({after})" if grouped else after) + self.source[end:],
+                      (begin, end))
 
     def offset(self, line: int, column: int) -> int:
         """Return the place of a syntax tree's position: line from 1, column in bytes."""

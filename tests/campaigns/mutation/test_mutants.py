@@ -184,14 +184,32 @@ def test_a_fault_is_noticed(kind, judge) -> None:
 
 
 def test_verdicts_of_programs(judge) -> None:
-    """A fault that changes nothing survives, one that does not compile is refused, an endless loop is stopped."""
+    """A fault that the tests do not notice survives, one that changes no code is unchanged, unless it is not compiled.
+
+    One that does not compile is refused, and an endless loop is stopped.
+    """
     file    = "firmware/lib/bytes.c"
     area    = Area(**vars(AREAS["firmware"]) | {"tests": {"lib/bytes.c": ("test_crc32",)}, "limit_s": 1})
     splicer = c_faults.Splicer(file)
     begin   = splicer.source.index("{") + 1
-    results = {kind: judge.judge(area, splicer.mutant(kind, begin, begin, text)).result for kind, text in [
-        ("survived", ";"), ("refused", " nothing"), ("hung", " for (volatile int i = 0; i < 1;) { }")]}
-    assert all(kind == result for kind, result in results.items()), results
+    results = {text: judge.judge(area, splicer.mutant("fault", begin, begin, text)).result for text in [
+        " volatile int i = 0; (void)i;", ";", "/* 1 */", " nothing", " for (volatile int i = 0; i < 1;) { }"]}
+    assert list(results.values()) == ["survived", "unchanged", "survived", "refused", "hung"], results
+
+
+def test_verdicts_of_cores(judge) -> None:
+    """A fault that changes no model is unchanged if the tests come to its place, and survives if they do not."""
+    file    = "gateware/common/stream_register.py"
+    tests   = {"common/stream_register.py": ("formal/test_formal.py::test_a_core_as_it_is_passes[add_register]",)}
+    area    = Area(**vars(AREAS["crossings"]) | {"tests": tests})
+    splicer = gateware_faults.Splicer(file)
+    results = {}
+    for code in ("data.source.connect(sink)", "module.comb += source.connect(sink)"):
+        begin = splicer.source.index(code) + code.index("sink")
+        results[code] = judge.judge(area, splicer.mutant("fault", begin, begin + len("sink"), "sink", True)).result
+    assert list(results.values()) == ["unchanged", "survived"], results
+    assert (judge.sound / "formal").is_dir() and not judge.builds.exists()
+    assert (judge.copy / file).read_text() == (CHECKOUT / file).read_text()
 
 
 def test_tests_that_fail_without_a_fault_judge_nothing(judge) -> None:
@@ -219,10 +237,10 @@ def test_a_survivor_is_reported(judge, monkeypatch, capsys) -> None:
     assert campaign.main() == 1
     printed = capsys.readouterr().out
     assert f"survived: {mutant.name}\n{mutant.diff}\n" in printed
-    assert printed.splitlines()[-1].split() == ["host", "1", "0", "(0)", "0", "1"]
+    assert printed.splitlines()[-1].split() == ["host", "1", "0", "(0)", "0", "(0)", "1"]
     monkeypatch.setitem(EXPLAINED, (file, mutant.code, mutant.before, mutant.after), "a reason")
     assert campaign.main() == 0
-    assert capsys.readouterr().out.splitlines()[-1].split() == ["host", "1", "0", "(0)", "1", "0"]
+    assert capsys.readouterr().out.splitlines()[-1].split() == ["host", "1", "0", "(0)", "1", "(0)", "0"]
 
 
 def test_one_area_and_one_file(monkeypatch, capsys) -> None:

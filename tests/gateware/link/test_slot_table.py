@@ -124,6 +124,17 @@ def test_the_largest_frames(table, pixels):
     table.check()
 
 
+def test_missing_is_of_the_slot_of_the_clock_before(table):
+    """What a slot lacks is shown a clock after the index that names the slot."""
+    table.open(1, CHUNK_BYTES)
+    table.open(2, 3*CHUNK_BYTES)
+    assert table.missing(1) == 2
+    table.core.set(arrived_index=2*WORDS)
+    assert table.core.get("missing") == 2
+    table.clock()
+    assert table.core.get("missing") == 6
+
+
 def test_a_frame_that_is_too_large(table):
     """A pixel more than the largest frame, and no chunk fits."""
     table.open(1, MOST*CHUNK_BYTES + 1)

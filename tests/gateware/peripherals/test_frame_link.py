@@ -109,6 +109,28 @@ def test_what_does_not_belong_is_counted_and_not_written(link):
     assert link.arrived(1, 6) == [True] + [False]*5
 
 
+def test_what_is_written_while_matching_is_counted(link):
+    """Chunks written to memory count while the matcher is at work; repeated ones and other messages do not."""
+    chunks = frame(byte_generator(), 3*CHUNK_BYTES)
+    link.open(0, 5, 3*CHUNK_BYTES)
+    for matching, some in ((1, [*chunks][:4]), (0, [*chunks][4:])):
+        link.set(matching=matching)
+        link.receive([*(Datagram(upload(5, offset, chunks[offset])) for offset in [*some, some[0]]),
+                      Datagram(other_message(byte_generator(), 20).encode())], WIRE_SPEED)
+    counters = link.counters()
+    assert (counters["chunks_received"], counters["chunks_repeated"], link.get("produced")) == (6, 2, 2)
+    assert counters["chunks_while_matching"] == 4
+
+
+def test_what_is_sent_is_counted(link):
+    link.memory(0, 5*CHUNK_BYTES)
+    link.clocks(1)
+    assert link.counters()["datagrams_sent"] == 5
+    link.send("reply", 1, type=0x81, length=4, address=PEER[0], port=PEER[1])
+    link.clocks(1)
+    assert link.counters()["datagrams_sent"] == 6
+
+
 def test_no_session_takes_no_chunk(link):
     link.set(token=0)
     link.open(0, 5, 100)
