@@ -31,7 +31,7 @@ class Arty(BoardSoC):
     memory_bits   = 16
     memory_rate   = "1:4"
     preset        = Preset(
-        disparities    = 32,
+        disparities    = 16,
         max_block_size = 9,
         # The memory's clock is four times as fast, and 300 MHz is the slowest that DDR3 supports.
         sys_clk_freq   = 80000000,

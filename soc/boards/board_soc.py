@@ -74,7 +74,6 @@ class BoardSoC(StereoSoC):
     memory_bits     = 32   # width of its bus,
     memory_rate     = "1:1"
     memory_settings = None # and settings of its controller.
-    nextpnr_options = ()    # Apart from device, package, speed grade, seed and density.
     matcher_clock   = False # Whether the matcher can have a separate clock, in the domain `MATCHER_DOMAIN`.
 
     flash_offset      = 4*1024*1024 # Offset of the firmware's images, after the largest bitstream.

@@ -66,7 +66,7 @@ class ULX3S(BoardSoC):
     preset          = Preset(
         disparities    = 128,
         max_block_size = 15,
-        sys_clk_freq   = 75000000,
+        sys_clk_freq   = 62500000,
         with_screen    = True,
         density        = 0.7,
         seed           = 2,

@@ -54,7 +54,7 @@ def generate(board: str, folder: Path, changes: dict) -> None:
         "board":   board,
         "device":  soc.platform.device,
         "family":  soc.family,
-        "nextpnr": [*nextpnr_options(soc.platform.toolchain), *soc.nextpnr_options] if board in OPEN_BOARDS else None,
+        "nextpnr": nextpnr_options(soc.platform.toolchain) if board in OPEN_BOARDS else None,
         "preset":  {**vars(preset), "features": list(preset.features)},
         "flash":   {"offset": soc.flash_offset, "bytes": soc.flash_image_bytes, "images": soc.flash_images},
         "rom":     soc.rom_bytes,
