@@ -58,18 +58,18 @@ class MatcherParameters:
         Largest number of disparities, a multiple of 16 from 16 to 128.
     max_block_size : int
         Largest side of the block, odd, from 5 to 31.
+    features : iterable of str
+        Optional stages that are built, some of `FEATURES`; "xsobel", "raw" (grey values as they are) or both.
     max_prefilter_cap : int
         Largest cap of the prefilter, from the default, 31, to 63. With 36 and blocks of 7, sums of a column have 9 bits
         instead of 10, and those of a block 12 instead of 13.
-    features : iterable of str
-        Optional stages that are built, some of `FEATURES`; "xsobel", "raw" (grey values as they are) or both.
     """
     max_width:         int = 640
     max_height:        int = MAX_HEIGHT
     disparities:       int = 64
     max_block_size:    int = 9
-    max_prefilter_cap: int = MAX_PREFILTER_CAP
     features:          Iterable[str] = FEATURES
+    max_prefilter_cap: int = MAX_PREFILTER_CAP
 
     def __post_init__(self):
         object.__setattr__(self, "features", frozenset(self.features))
