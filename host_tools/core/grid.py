@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.errors import GeometryError
+from .errors import GeometryError
 
 #: Pixels between two nodes.
 STEP = 16
