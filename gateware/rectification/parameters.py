@@ -40,7 +40,7 @@ class RectifierParameters:
     max_width, max_height : int
         Largest frame in pixels. The grids have nodes for it.
     rows : int
-        Rows of the ring of each camera, even. A map needs as many as `host_tools/cameras/grid.py` says.
+        Rows of the ring of each camera, even. A map needs as many as `host_tools/core/grid.py` says.
     """
     max_width:  int = 640
     max_height: int = 480

@@ -93,6 +93,8 @@ class Calibration:
         Pairs that were not used.
     spread
         How different the places of the board are, by the camera that they determine worse.
+    rectifier
+        Rectifies the images of the cameras.
     """
 
     left:            CameraInfo
@@ -102,6 +104,7 @@ class Calibration:
     pairs:           tuple[PairErrors, ...]
     bad:             tuple[BadPair, ...]
     spread:          Spread
+    rectifier:       Rectifier
 
 
 def calibrate(pairs: Sequence[BoardPair], width: int, height: int, model: str = "plumb_bob", alpha: float = 0.0,
@@ -246,13 +249,13 @@ def _rectified(solved: _Solution, pairs: Sequence[BoardPair], size: tuple[int, i
                for name, k, d, r, p in (("left", k_left, d_left, r_left, p_left),
                                         ("right", k_right, d_right, r_right, p_right))]
     # It refuses what no command could use.
-    Rectifier(cameras[0], cameras[1])
+    rectifier = Rectifier(cameras[0], cameras[1])
     rows   = [rectified_px(pair.left_px, cameras[0])[:, 1] - rectified_px(pair.right_px, cameras[1])[:, 1]
               for pair in pairs]
     errors = tuple(PairErrors(pair.name, len(pair.points_m), float(left), float(right), float(np.mean(np.abs(apart))))
                    for pair, (left, right), apart in zip(pairs, solved.errors_px, rows, strict=True))
     return Calibration(cameras[0], cameras[1], solved.rms_px, float(np.mean(np.abs(np.concatenate(rows)))), errors,
-                       tuple(bad), max(solved.spreads, key=lambda spread: spread.focal_error))
+                       tuple(bad), max(solved.spreads, key=lambda spread: spread.focal_error), rectifier)
 
 
 def _check_shift(shift_m: NDArray[np.float64]) -> None:

@@ -26,6 +26,7 @@ examples:
   litestereo match left.png right.png -o out --device model:
   litestereo match left.png right.png -o out --device 'serial:/dev/ttyUSB0?baud=1000000' --block-size 15
   litestereo calibrate left/ right/ --pattern chessboard 9x6 --square 0.025 -o calibration/
+  litestereo calibration show calibration/
   litestereo stream camera:0 camera:1 --device udp://192.168.1.50 --calibration calibration/
   litestereo view left.png right.png --device model: --montage out.png
   litestereo eval data/teddy --device model: --opencv bm --opencv sgbm
@@ -52,6 +53,7 @@ def _parser() -> Parser:
     from . import (
         bench,
         calibrate,
+        calibration,
         completion,
         console,
         evaluate,
@@ -70,7 +72,8 @@ def _parser() -> Parser:
     version = importlib.metadata.version("litestereo")
     parser.add_argument("--version", action="version", version=f"litestereo {version}")
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
-    for command in (match, stream, view, calibrate, rectify, evaluate, export, bench, info, stats, console, update):
+    for command in (match, stream, view, calibrate, calibration, rectify, evaluate, export, bench, info, stats, console,
+                    update):
         command.add_parser(commands)
     completion.add_parser(commands, lambda: parser)
     return parser

@@ -29,6 +29,7 @@ from ..core.images import read_grey, summed_notices
 from ..core.outputs import Outputs
 from ..data.sources.pairing import PairFiles, pair_files, pair_files_of_one
 from .arguments import Parser, add_force, add_json, fraction, positive
+from .grids import grid_lines, grid_summary
 from .progress import terminal_bars
 
 #: Width of the table in characters if stdout is not a terminal.
@@ -48,6 +49,9 @@ Ten to thirty pairs are good, with the board near and far, tilted, and in all co
 
 files written:
   left.yaml, right.yaml  the cameras as ROS's camera_info; lengths in metres
+
+The grid is the map of rectification as a device holds it: its largest and its root mean square error are in pixels. A
+device must hold so many rows of both images at once, and the first rectified row leaves after the delay.
 
 Pairs without the board are listed and not used, nor are pairs whose reprojection error is above half a pixel and above
 three times the median. Nothing is written if the pairs do not determine the cameras, or if the error of all of them
@@ -162,6 +166,7 @@ def _as_json(result: Calibration, written: list[Path]) -> dict[str, Any]:
         "spread":          dataclasses.asdict(result.spread),
         "pairs":           [dataclasses.asdict(pair) for pair in result.pairs],
         "bad_pairs":       [dataclasses.asdict(pair) for pair in result.bad],
+        **grid_summary(result.rectifier.pair),
         "files":           [str(path) for path in written],
     }
 
@@ -183,5 +188,6 @@ def _print(result: Calibration, files: list[PairFiles], written: list[Path]) -> 
         f"places        {result.spread}",
         f"focal length  within {result.spread.focal_error:.1%}",
         f"rectified     {geometry_text(pair_geometry(result.left, result.right))}",
+        *grid_lines(result.rectifier.pair),
         *(f"wrote         {path}" for path in written),
     ]))

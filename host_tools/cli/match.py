@@ -23,6 +23,7 @@ from ..devices.base import check_minimum_size, check_pair
 from ..devices.connect import connect
 from ..evaluation.metrics import beyond_range, measure_map
 from ..export.depth import write_cloud, write_depth
+from ..live.rectifying import choose_rectifying
 from .arguments import Parser, add_calibration, add_device, add_force, add_json, positive
 from .match_summary import depth_summary, link_summary, pair_summary, summary_text
 from .matching import (
@@ -102,7 +103,7 @@ def run(options: argparse.Namespace) -> int:
     check_pair(left, right)
     rectifier = None if options.calibration is None else read_calibration(options.calibration)
     if rectifier is not None:
-        left, right = rectifier.rectify(left, right)
+        rectifier.check_size(left, right)
     height, width = left.shape
     truth         = None
     notices       = left_notices + right_notices
@@ -112,7 +113,8 @@ def run(options: argparse.Namespace) -> int:
             raise ImageError(f"{options.ground_truth}: is {read.pixels.shape[1]}x{read.pixels.shape[0]} pixels, "
                              f"the images are {width}x{height}")
         if options.ground_truth_scale is None:
-            read = read.agreeing(left, right, "--ground-truth-scale")
+            seen = (left, right) if rectifier is None else rectifier.rectify(left, right)
+            read = read.agreeing(seen[0], seen[1], "--ground-truth-scale")
         truth    = read.pixels
         notices += read.notices
     if options.output.exists() and not options.output.is_dir():
@@ -130,8 +132,10 @@ def run(options: argparse.Namespace) -> int:
         if truth is not None and (beyond := beyond_range(truth, settings.min_disparity, settings.disparities)):
             notices.append(f"{options.ground_truth}: {beyond}")
         print_notices([*notices, *choice.notices])
+        rectifying = None if rectifier is None else choose_rectifying(device, rectifier)
         with progress_bars() as progress:
-            result = device.compute(left, right, settings, progress)
+            result = (device.compute(left, right, settings, progress) if rectifying is None
+                      else rectifying.compute(device, left, right, settings, progress))
         link = device.link_counters
 
     speckle   = chosen_speckle_filter(options)
@@ -146,6 +150,8 @@ def run(options: argparse.Namespace) -> int:
         write_cloud(files[-1], rectifier, options.left, result.disparity, settings)
     quality = None if truth is None else measure_map(disparity_pixels(result.disparity, settings.invalid), truth)
     summary = (pair_summary(info, result, speckle, files, quality) | link_summary(result, link)
-               | {"depth_m": depth_summary(depth_m)} | stages_off(choice))
+               | {"depth_m": depth_summary(depth_m)} | stages_off(choice)
+               | {"rectification": None if rectifying is None else rectifying.summary()})
+    print_notices([] if rectifying is None else [f"rectified {rectifying.text}"])
     print(json.dumps(summary, indent=2) if options.json else summary_text(summary))
     return 0

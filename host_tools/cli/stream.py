@@ -18,16 +18,18 @@ from typing import Any
 import numpy as np
 import rich.progress
 
-from ..cameras.rectify import FILES, read_calibration
+from ..cameras.rectify import FILES, Rectifier, read_calibration
 from ..core.errors import ImageError
 from ..core.images import FORMATS, summed_notices, write_map
 from ..core.outputs import DEPTH_NPY, MAP_KINDS, Kind, Outputs
 from ..core.settings import MatcherSettings
 from ..data.sources import EXAMPLES, Source, open_source
+from ..devices.base import Device
 from ..devices.connect import connect
 from ..export.depth import write_depth
 from ..live.matching import MatchedShot, Matching, match_source
 from ..live.meter import RECENT_FRAMES, Meter
+from ..live.rectifying import choose_rectifying, rectification_text
 from .arguments import Parser, add_calibration, add_device, add_force, add_json, count
 from .matching import (
     add_settings,
@@ -81,10 +83,23 @@ def add_source(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--frames", metavar="N", type=count, help="stop after N pairs (default: all)")
 
 
-def chosen_matching(options: argparse.Namespace, settings: MatcherSettings) -> Matching:
-    """Return what a command line asks for, with `settings`."""
-    rectifier = None if options.calibration is None else read_calibration(options.calibration)
-    return Matching(settings, chosen_speckle_filter(options), rectifier)
+def checked_rectifier(options: argparse.Namespace) -> Rectifier | None:
+    """Check what a command line asks for, before there is a device; return the rectifier of its calibration, if any."""
+    chosen_settings(options, MatcherSettings())
+    chosen_speckle_filter(options)
+    return None if options.calibration is None else read_calibration(options.calibration)
+
+
+def chosen_matching(options: argparse.Namespace, settings: MatcherSettings, device: Device,
+                    rectifier: Rectifier | None) -> Matching:
+    """Return what a command line asks for, with `settings`; the device rectifies if it can."""
+    rectifying = None if rectifier is None else choose_rectifying(device, rectifier)
+    return Matching(settings, chosen_speckle_filter(options), rectifying)
+
+
+def rectification(matching: Matching) -> dict[str, Any]:
+    """Return what JSON says of the rectification."""
+    return {"rectification": None if matching.rectifying is None else matching.rectifying.summary()}
 
 
 def source_inputs(options: argparse.Namespace, source: Source) -> list[Path]:
@@ -124,7 +139,7 @@ def add_parser(commands: argparse._SubParsersAction[Parser]) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Run the command. All that can be checked without the device is checked before connecting to it."""
-    chosen_matching(options, chosen_settings(options, MatcherSettings()))
+    rectifier = checked_rectifier(options)
     if options.output is not None and options.output.exists() and not options.output.is_dir():
         raise ImageError(f"{options.output}: is a file, the maps need a folder")
     with contextlib.ExitStack() as stack:
@@ -136,7 +151,7 @@ def run(options: argparse.Namespace) -> int:
         device   = stack.enter_context(connect(options.device))
         stop     = stack.enter_context(stopped_by_ctrl_c())
         choice   = device_settings(options, [device.info()])
-        matching = chosen_matching(options, choice.settings)
+        matching = chosen_matching(options, choice.settings, device, rectifier)
         print_notices([*source.notices, *choice.notices])
         columns  = (rich.progress.TextColumn("{task.description}"), rich.progress.BarColumn(),
                     rich.progress.MofNCompleteColumn(), rich.progress.TimeElapsedColumn())
@@ -152,7 +167,8 @@ def run(options: argparse.Namespace) -> int:
                                                         f"{1000*matched.latency_s:.0f} ms")
                 if options.json:
                     print(json.dumps(_frame_line(meter, matched, path)), flush=True)
-        summary = {"device": device.info().name, **meter.summary(), **stages_off(choice), **unmatched(source)}
+        summary = {"device": device.info().name, **meter.summary(), **stages_off(choice), **rectification(matching),
+                   **unmatched(source)}
     print_picture_notices(source)
     print(json.dumps({"summary": summary}) if options.json else stream_text(summary))
     return print_shortfalls(source)
@@ -178,7 +194,7 @@ def _plan(options: argparse.Namespace, outputs: Outputs, name: str) -> list[Path
 
 def _write(options: argparse.Namespace, outputs: Outputs, planned: set[Path], matched: MatchedShot) -> Path:
     """Write the map, and the depth if there is one; return the file of the map."""
-    results = _results(options, matched.shot.name)
+    results = _results(options, matched.taken.name)
     for path, kind in results:
         if path not in planned: # Of a camera.
             outputs.check(path, kind)
@@ -193,7 +209,7 @@ def _frame_line(meter: Meter, matched: MatchedShot, path: Path | None) -> dict[s
     known = None if matched.depth_m is None else matched.depth_m[np.isfinite(matched.depth_m)]
     return {
         "frame":               meter.frames - 1,
-        "name":                matched.shot.name,
+        "name":                matched.taken.name,
         "latency_s":           matched.latency_s,
         "recent_frames_per_s": meter.recent_frames_per_s,
         "clocks":              matched.result.clocks,
@@ -210,4 +226,6 @@ def stream_text(summary: dict[str, Any]) -> str:
         lines += [f"rate     {summary['frames_per_s']:.2f} frames/s over all frames",
                   "latency  " + ", ".join(f"{part} % within {1000*summary[f'latency_p{part}_s']:.1f} ms"
                                           for part in (50, 95, 99)) + " of all frames"]
+    if summary["rectification"] is not None:
+        lines.append(f"rectified {rectification_text(summary['rectification'])}")
     return "\n".join(lines)

@@ -18,7 +18,6 @@ from ..core.errors import UsageError
 from ..core.extras import install_command
 from ..core.images import write_png
 from ..core.outputs import MONTAGE_PNG, RECORDING, Outputs
-from ..core.settings import MatcherSettings
 from ..data.sources import open_source
 from ..devices.connect import connect
 from ..live.matching import match_source
@@ -27,14 +26,16 @@ from ..viewing.montage import montage
 from ..viewing.recording import DEFAULT_URL, Target
 from ..viewing.viewer import Viewer
 from .arguments import Parser, add_calibration, add_device, add_force, add_json, count
-from .matching import add_settings, chosen_settings, device_settings, print_notices, stages_off
+from .matching import add_settings, device_settings, print_notices, stages_off
 from .stopping import stopped_by_ctrl_c
 from .stream import (
     SOURCES,
     add_source,
+    checked_rectifier,
     chosen_matching,
     print_picture_notices,
     print_shortfalls,
+    rectification,
     source_inputs,
     stream_text,
     unmatched,
@@ -95,7 +96,7 @@ def add_parser(commands: argparse._SubParsersAction[Parser]) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Run the command. All that can be checked without the device is checked before connecting to it."""
-    rectifier = chosen_matching(options, chosen_settings(options, MatcherSettings())).rectifier
+    rectifier = checked_rectifier(options)
     geometry  = None if rectifier is None else rectifier.geometry
     if options.serve is not None and options.serve > 65534:
         raise UsageError(f"--serve needs a port and the next one, at most 65534, not {options.serve}")
@@ -112,7 +113,7 @@ def run(options: argparse.Namespace) -> int:
         device   = closing.enter_context(connect(options.device))
         stop     = closing.enter_context(stopped_by_ctrl_c())
         choice   = device_settings(options, [device.info()])
-        matching = chosen_matching(options, choice.settings)
+        matching = chosen_matching(options, choice.settings, device, rectifier)
         print_notices([*source.notices, *choice.notices])
         viewer   = Viewer(target, geometry, options.max_points) if viewed else None
         meter    = Meter()
@@ -127,7 +128,8 @@ def run(options: argparse.Namespace) -> int:
                 viewer.show(meter.frames - 1, last, meter)
         while viewer is not None and viewer.page and not stop.requested:
             time.sleep(_POLL_S)
-        summary = {"device": device.info().name, **meter.summary(), **stages_off(choice), **unmatched(source)}
+        summary = {"device": device.info().name, **meter.summary(), **stages_off(choice), **rectification(matching),
+                   **unmatched(source)}
     print_picture_notices(source)
     if options.montage is not None and last is not None:
         write_png(options.montage, montage(last), MONTAGE_PNG)

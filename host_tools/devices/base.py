@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 
 from ..core.errors import DeviceError, ImageError, UnsupportedError
 from ..core.features import ALL_STAGES, DESCRIPTIONS, OPENCV_STAGES, Feature
+from ..core.grid import GridPair
 from ..core.settings import RULES, MatcherSettings
 from ..link.settings import LinkCounters
 from ..protocol.payloads import Trial
@@ -305,9 +306,13 @@ class Device(abc.ABC):
     def info(self) -> DeviceInfo:
         """Return what the device is."""
 
+    def rectification_gap(self, grids: GridPair) -> str:
+        """Return why the device cannot rectify pairs with the grids; empty if it can, and `stream` may have them."""
+        return "the device does not rectify"
+
     @abc.abstractmethod
     def stream(self, pairs: Iterable[Pair], settings: MatcherSettings | None = None,
-               progress: Progress | None = None) -> Iterator[Result]:
+               progress: Progress | None = None, grids: GridPair | None = None) -> Iterator[Result]:
         """Match pair after pair, and yield the results in that order.
 
         Parameters
@@ -318,20 +323,29 @@ class Device(abc.ABC):
             What to match with; the device's default settings if None.
         progress
             Called with the steps of each pair.
+        grids
+            Grids of the left and the right camera, with which the device rectifies each pair before it matches it; None
+            if the pairs are rectified already.
 
         Raises
         ------
         UnsupportedError, ImageError
-            The settings or a pair do not suit the device.
+            The settings, the grids or a pair do not suit the device.
         DeviceError
             The device is gone, does not answer, or could not match, or another thread does not release it.
         """
 
     def compute(self, left: NDArray[np.uint8], right: NDArray[np.uint8],
-                settings: MatcherSettings | None = None, progress: Progress | None = None) -> Result:
+                settings: MatcherSettings | None = None, progress: Progress | None = None,
+                grids: GridPair | None = None) -> Result:
         """Match one pair of images, uint8, H x W; see `stream` for the parameters and for what it raises."""
-        (result,) = self.stream([(left, right)], settings, progress)
+        (result,) = self.stream([(left, right)], settings, progress, grids)
         return result
+
+    def _check_grids(self, grids: GridPair | None) -> None:
+        """Raise UnsupportedError if the device is to rectify with grids with which it cannot."""
+        if grids is not None and (gap := self.rectification_gap(grids)):
+            raise UnsupportedError(f"{self.info().name} cannot rectify the pair: {gap}")
 
     def _settings(self, settings: MatcherSettings | None) -> MatcherSettings:
         """Return the settings of a call, or the default ones; warn once of stages that those lack."""

@@ -9,19 +9,21 @@ from __future__ import annotations
 
 import subprocess
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.errors import DeviceError, UrlError
+from ..core.errors import DeviceError, ImageError, UrlError
+from ..core.features import ALL_STAGES, Feature
+from ..core.grid import GridPair
 from ..core.settings import DEFAULT_DISPARITIES, DISPARITY_STEP, MIN_BLOCK_SIZE, MatcherSettings
 from ..core.settings_table import MAX_HEIGHT
 from ..link.urls import DeviceUrl, parse_url
 from .base import Device, DeviceInfo, Pair, Progress, Result, check_pair
-from .registry import load
+from .registry import load, load_rectification
 
 #: Sizes of the model unless the URL says otherwise: only memory limits them.
 _MODEL_MAX_SIZE        = 8192
@@ -84,35 +86,64 @@ class GatewareMatcher:
         self._matcher.close()
 
 
-class LocalDevice(Device):
-    """A device around a matcher in this process."""
+class ModelRectifier:
+    """The reference model of the gateware's rectification, in NumPy."""
 
-    def __init__(self, info: DeviceInfo, matcher: LocalMatcher) -> None:
+    def __init__(self) -> None:
+        self._model = load_rectification()
+        self._grids: GridPair | None = None
+        self._maps:  list[Any] = []
+
+    def __call__(self, pair: Pair, grids: GridPair) -> Pair:
+        """Rectify a pair (uint8, H x W each)."""
+        if grids is not self._grids:
+            self._maps  = [self._model.expand(grid.nodes, grid.width, grid.height) for grid in grids]
+            self._grids = grids
+        left, right = (self._model.remap(image, maps) for image, maps in zip(pair, self._maps, strict=True))
+        return left, right
+
+
+class LocalDevice(Device):
+    """A device around a matcher in this process, and around what rectifies its pairs; None if nothing does."""
+
+    def __init__(self, info: DeviceInfo, matcher: LocalMatcher,
+                 rectify: Callable[[Pair, GridPair], Pair] | None = None) -> None:
         super().__init__()
         self._info    = info
         self._matcher = matcher
+        self._rectify = rectify
         self._matched = 0
 
     def info(self) -> DeviceInfo:
         """Return what the matcher was built for."""
         return self._info
 
+    def rectification_gap(self, grids: GridPair) -> str:
+        """Return why the matcher cannot rectify; see `Device.rectification_gap`."""
+        return super().rectification_gap(grids) if self._rectify is None else ""
+
     def stream(self, pairs: Iterable[Pair], settings: MatcherSettings | None = None,
-               progress: Progress | None = None) -> Iterator[Result]:
+               progress: Progress | None = None, grids: GridPair | None = None) -> Iterator[Result]:
         """Match pair after pair; see `Device.stream`."""
+        self._check_grids(grids)
         settings = self._settings(settings)
         with self._lock.held():
             for left, right in pairs:
-                yield self._match(left, right, settings, progress)
+                yield self._match(left, right, settings, progress, grids)
 
     def _match(self, left: NDArray[np.uint8], right: NDArray[np.uint8], settings: MatcherSettings,
-               progress: Progress | None) -> Result:
+               progress: Progress | None, grids: GridPair | None) -> Result:
         check_pair(left, right)
         self._info.check(left.shape[1], left.shape[0], settings)
+        if grids is not None and left.shape != (grids[0].height, grids[0].width):
+            raise ImageError(f"the images are {left.shape[1]}x{left.shape[0]} pixels, the grids are for "
+                             f"{grids[0].width}x{grids[0].height}")
         if progress is not None:
             progress("match", 0, 1)
         begin = time.monotonic()
         try:
+            if self._rectify is not None and grids is not None:
+                left, right = self._rectify((left, right), grids)
             disparity, clocks, first_row_clocks = self._matcher.match(left, right, settings)
         except (OSError, RuntimeError) as error:
             raise DeviceError(f"{self._info.url} failed: {exception_line(error)}") from error
@@ -188,8 +219,9 @@ def open_model(url: DeviceUrl) -> LocalDevice:
         max_disparities = _disparities(url, _MODEL_MAX_DISPARITIES),
         min_block_size  = MIN_BLOCK_SIZE,
         max_block_size  = _block_size(url, _MODEL_MAX_BLOCK_SIZE),
+        features        = int(ALL_STAGES | Feature.RECTIFICATION),
     )
-    return LocalDevice(info, ModelMatcher())
+    return LocalDevice(info, ModelMatcher(), ModelRectifier())
 
 
 def open_cosim(url: DeviceUrl) -> LocalDevice:

@@ -19,6 +19,9 @@ MODULES = {
     "sim":   "litestereo.sim.system.simulation",
 }
 
+#: Name of the module with which `model:` rectifies.
+RECTIFICATION = "litestereo.sim.models.rectification"
+
 
 def load(scheme: str) -> Any:
     """Return the module of a scheme.
@@ -33,3 +36,8 @@ def load(scheme: str) -> Any:
     if scheme == "model":
         return importlib.import_module(MODULES[scheme])
     return import_extra(MODULES[scheme], "gateware", f"{scheme}: needs")
+
+
+def load_rectification() -> Any:
+    """Return the module with which `model:` rectifies."""
+    return importlib.import_module(RECTIFICATION)

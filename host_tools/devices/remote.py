@@ -14,6 +14,7 @@ from pathlib import Path
 
 from ..core.errors import DeviceError, DeviceRefused, LiteStereoError, ProtocolError
 from ..core.features import named_capabilities
+from ..core.grid import GridPair
 from ..core.settings import MatcherSettings
 from ..link.channel import Channel
 from ..link.link import Link
@@ -113,11 +114,12 @@ class RemoteDevice(Device):
         return self._info
 
     def stream(self, pairs: Iterable[Pair], settings: MatcherSettings | None = None,
-               progress: Progress | None = None) -> Iterator[Result]:
+               progress: Progress | None = None, grids: GridPair | None = None) -> Iterator[Result]:
         """Match pair after pair, and send the next ones while one is matched; see `Device.stream`.
 
         If the iterator is dropped before its end, the frames in flight are released.
         """
+        self._check_grids(grids)
         settings = self._settings(settings)
         with self._guarded() as cleanup:
             pipeline = Pipeline(self._context, self._job_kind, self._pipelines, self._info.slots, progress)

@@ -7,6 +7,7 @@
 
 from __future__ import annotations
 
+import functools
 import itertools
 import time
 from collections import deque
@@ -22,6 +23,7 @@ from ..core.settings import MatcherSettings
 from ..core.speckle import SpeckleFilter
 from ..data.sources import Shot, Source
 from ..devices.base import Device, Pair, Result
+from .rectifying import Rectifying
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,20 +32,33 @@ class MatchedShot:
 
     Parameters
     ----------
-    shot
-        The images that were matched: rectified if there is a calibration.
+    taken
+        The images as they were taken.
     result
         The map, after rectification's mask and the speckle filter, and how it was matched.
     depth_m
         float32, H x W, in metres, nan where there is none; None without a calibration.
     latency_s
         Time from taking the pair until its map was here, in seconds.
+    rectifier
+        Rectifies `taken`; None without a calibration.
+    rectified
+        The images that this host has rectified; None if it has not yet.
     """
 
-    shot:      Shot
+    taken:     Shot
     result:    Result
     depth_m:   NDArray[np.float32] | None
     latency_s: float
+    rectifier: Rectifier | None = None
+    rectified: Shot | None      = None
+
+    @functools.cached_property
+    def shot(self) -> Shot:
+        """The images that were matched: rectified if there is a calibration, here if the device has done it."""
+        if self.rectifier is None or self.rectified is not None:
+            return self.rectified or self.taken
+        return rectified_shot(self.taken, self.rectifier)
 
     @property
     def valid_of_all(self) -> float:
@@ -51,13 +66,24 @@ class MatchedShot:
         return valid_percent(self.result.disparity, self.result.settings.invalid)
 
 
+def rectified_shot(shot: Shot, rectifier: Rectifier) -> Shot:
+    """Return a shot with rectified images; raise as `Rectifier.rectify`."""
+    left, right = rectifier.rectify(*shot.pair)
+    return replace(shot, left=left, right=right)
+
+
 @dataclass(frozen=True)
 class Matching:
     """What is done to each pair of a stream: rectification if there is a calibration, the match, the speckle filter."""
 
-    settings:  MatcherSettings
-    speckle:   SpeckleFilter
-    rectifier: Rectifier | None
+    settings:   MatcherSettings
+    speckle:    SpeckleFilter
+    rectifying: Rectifying | None
+
+    @property
+    def rectifier(self) -> Rectifier | None:
+        """What rectifies; None without a calibration."""
+        return None if self.rectifying is None else self.rectifying.rectifier
 
     def finish(self, result: Result) -> Result:
         """Return the result without the disparities that `Rectifier.clean` removes, and then without speckles."""
@@ -82,22 +108,24 @@ def match_source(device: Device, source: Source, matching: Matching, frames: int
     ------
     As `Device.stream`, `Source` and `Rectifier.rectify`.
     """
-    waiting = deque[Shot]()
+    waiting   = deque[tuple[Shot, Shot | None]]()
+    rectifier = matching.rectifier
+    grids     = None if matching.rectifying is None else matching.rectifying.device_grids
 
     def pairs() -> Iterator[Pair]:
         # `stopped` is asked before the source: a stopped stream must not take another pair from a camera.
         shots = itertools.takewhile(lambda _: not stopped(), itertools.count())
         for _, shot in zip(shots if frames is None else itertools.islice(shots, frames), source, strict=False):
-            if matching.rectifier is not None:
-                left, right = matching.rectifier.rectify(*shot.pair)
-                shot        = replace(shot, left=left, right=right)
-            waiting.append(shot)
-            yield shot.pair
+            rectified = None
+            if rectifier is not None and grids is None:
+                rectified = rectified_shot(shot, rectifier)
+            elif rectifier is not None:
+                rectifier.check_size(*shot.pair)
+            waiting.append((shot, rectified))
+            yield (rectified or shot).pair
 
-    for matched in device.stream(pairs(), matching.settings):
-        result = matching.finish(matched)
-        shot   = waiting.popleft()
-        depth  = None
-        if matching.rectifier is not None:
-            depth = matching.rectifier.depth_m(result.disparity, matching.settings)
-        yield MatchedShot(shot, result, depth, time.monotonic() - shot.taken_at_s)
+    for matched in device.stream(pairs(), matching.settings, grids=grids):
+        result          = matching.finish(matched)
+        shot, rectified = waiting.popleft()
+        depth           = None if rectifier is None else rectifier.depth_m(result.disparity, matching.settings)
+        yield MatchedShot(shot, result, depth, time.monotonic() - shot.taken_at_s, rectifier, rectified)

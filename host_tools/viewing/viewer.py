@@ -48,9 +48,9 @@ class Viewer:
         """Add a frame on the timelines `frame` (its number) and `taken` (seconds since the first frame was taken)."""
         rerun, log = self._recording.rerun, self._recording.log
         if self._begin_s is None:
-            self._begin_s = matched.shot.taken_at_s
+            self._begin_s = matched.taken.taken_at_s
         self._recording.stream.set_time("frame", sequence=number)
-        self._recording.stream.set_time("taken", duration=matched.shot.taken_at_s - self._begin_s)
+        self._recording.stream.set_time("taken", duration=matched.taken.taken_at_s - self._begin_s)
         log("left", rerun.Image(matched.shot.left))
         log("right", rerun.Image(matched.shot.right))
         colours = color_image(matched.result.disparity, matched.result.settings)

@@ -11,6 +11,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from litestereo.host_tools.cameras.camera_info import CameraInfo
+
 #: Focal length in pixels at 640 columns, k1, k2, deviation of p1 and p2, k3, by the angle of view in degrees.
 LENSES = {
     44: (800, -0.25, 0.15, 0.0010, 0.0),
@@ -56,7 +58,12 @@ def lens_maps(rng: np.random.Generator, view: int, degrees: float, width: int, h
             return maps
 
 
-def _lens_maps(rng: np.random.Generator, view: int, degrees: float, width: int, height: int) -> list[FloatMaps]:
+#: K, distortion, R and P of a camera.
+Numbers = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
+
+
+def _lens_numbers(rng: np.random.Generator, view: int, degrees: float, width: int, height: int) -> list[Numbers]:
+    """Return two cameras with lenses of `view` degrees, misaligned by `degrees`."""
     size    = (width, height)
     focal   = LENSES[view][0]*width/640
     cameras = [(_matrix(rng, focal, width, height), _coefficients(rng, view)) for _ in range(2)]
@@ -65,8 +72,22 @@ def _lens_maps(rng: np.random.Generator, view: int, degrees: float, width: int, 
     moved   = -BASELINE_M*np.array([[1], [off[0]], [off[1]]])
     found   = cv2.stereoRectify(*cameras[0], *cameras[1], size, _rotation(rng, degrees), moved,
                                 flags=cv2.CALIB_ZERO_DISPARITY, alpha=0)
-    return [cv2.initUndistortRectifyMap(*camera, rotation, projection[:, :3], size, cv2.CV_32FC1)
+    return [(*camera, rotation, projection)
             for camera, rotation, projection in zip(cameras, found[:2], found[2:4], strict=True)]
+
+
+def _lens_maps(rng: np.random.Generator, view: int, degrees: float, width: int, height: int) -> list[FloatMaps]:
+    return [cv2.initUndistortRectifyMap(*camera, rotation, projection[:, :3], (width, height), cv2.CV_32FC1)
+            for *camera, rotation, projection in _lens_numbers(rng, view, degrees, width, height)]
+
+
+def lens_cameras(rng: np.random.Generator, view: int, degrees: float, width: int, height: int
+                 ) -> tuple[CameraInfo, CameraInfo]:
+    """Return two cameras with lenses of `view` degrees, misaligned by `degrees`; their maps may fold at the edges."""
+    left, right = (CameraInfo(name, width, height, matrix, "plumb_bob", coefficients, rotation, projection)
+                   for name, (matrix, coefficients, rotation, projection)
+                   in zip(("left", "right"), _lens_numbers(rng, view, degrees, width, height), strict=True))
+    return left, right
 
 
 def fisheye_maps(rng: np.random.Generator, degrees: float, width: int, height: int) -> list[FloatMaps]:

@@ -218,6 +218,7 @@ HOST = {
                                 "host_tools/cli/test_cli_eval.py::test_a_package_that_is_not_installed"),
     "core/features.py":        ("host_tools/protocol/test_protocol.py", "host_tools/devices/test_missing_stages.py"),
     "core/geometry.py":        ("host_tools/core/test_geometry.py",),
+    "core/grid.py":            ("host_tools/core/test_grid.py", "host_tools/cameras/test_pair_grids.py"),
     "core/images.py":          ("host_tools/core/test_images.py", "host_tools/core/test_pictures.py"),
     "core/opencv.py":          ("host_tools/core/test_opencv.py",),
     "core/outputs.py":         ("host_tools/core/test_outputs.py",

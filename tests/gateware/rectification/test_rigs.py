@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from litestereo.gateware.rectification.parameters import RectifierParameters
-from litestereo.host_tools.cameras.grid import fit_grid, row_budget
+from litestereo.host_tools.core.grid import fit_grid, row_budget
 from support.pairs import generator
 from support.rectification_maps import drawn_pair
 from support.rectifier_bench import EVEN, Flow, RectifierBench, images_of

@@ -83,9 +83,19 @@ def test_the_report(boards, capfd):
     assert 0 < told["epipolar_px"] < 0.1 and 0 < told["reprojection_px"] < 0.15
     assert all(0 < pair["epipolar_px"] < 0.2 and pair["corners"] == 54 for pair in told["pairs"])
     assert told["bad_pairs"] == []
+    grids = read_calibration(boards/"report").pair.grids
+    assert told["no_grid"] is None
+    assert {name: told["grid"][name] for name in ("crc", "max_px", "rms_px", "rows", "delay_rows")} == {
+        "crc": f"{grids.crc:08x}", "max_px": grids.error.max_px, "rms_px": grids.error.rms_px, "rows": grids.rows,
+        "delay_rows": grids.delay_rows}
+    assert "ulx3s" in told["grid"]["boards"] and "colorlight_i5" not in told["grid"]["boards"]
     assert run(*arguments) == 0
     out = capfd.readouterr().out
-    for text in ("reprojection  0.0", "epipolar      0.0", "12 used, 12 in all", "baseline ", "left.yaml"):
+    for text in ("reprojection  0.0", "epipolar      0.0", "12 used, 12 in all", "baseline ", "left.yaml",
+                 f"grid          {grids.crc:08x}, error {grids.error.max_px:.3f} pixels at most",
+                 f"rows          {grids.rows} at once, delay {grids.delay_rows} rows",
+                 f"boards        none has a rectifier yet; block RAM to spare for it: "
+                 f"{', '.join(told['grid']['boards'])}"):
         assert text in out
 
 

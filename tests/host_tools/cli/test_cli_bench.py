@@ -14,8 +14,8 @@ import pytest
 from support.command import error_line, run
 from support.native_device import native_udp_device
 
-COMMANDS = ["match", "stream", "view", "calibrate", "rectify", "eval", "export", "bench", "info", "stats", "console",
-            "completion"]
+COMMANDS = ["match", "stream", "view", "calibrate", "calibration", "rectify", "eval", "export", "bench", "info",
+            "stats", "console", "completion"]
 
 
 @pytest.fixture(autouse=True)

@@ -141,6 +141,8 @@ def test_examples_work(words, ports, tmp_path, monkeypatch, capfd):
         settings = [word for name in ("--disparities", "--min-disparity") if name in words
                     for word in (name, words[words.index(name) + 1])]
         assert run("match", "left.png", "right.png", "-o", "out", "--device", "model:", *settings) == 0
+    if words[0] == "calibration" and words[2] == "calibration.bin":
+        assert run("calibration", "write", "calibration/", "-o", "calibration.bin") == 0
     monkeypatch.setattr(cv2, "VideoCapture", cv2.VideoCapture if "camera:0" not in words else FakeCapture)
     monkeypatch.setattr(FakeCapture, "scenes", {0: pair[0], 1: pair[1]})
     monkeypatch.setattr(evaluate, "load_motorcycle",

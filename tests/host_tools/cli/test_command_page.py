@@ -40,6 +40,7 @@ JSON_COMMANDS = {
     "view":      ["left.avi", "right.avi", "--montage", "out.png", *SMALL],
     "calibrate": ["boards/left", "boards/right", "--pattern", "chessboard", "9x6", "--square", "0.025",
                   "-o", "cameras"],
+    "calibration": ["show", "calibration"],
     "rectify":   ["left.png", "right.png", "--calibration", "calibration", "-o", "rectified"],
     "eval":      ["data/teddy", "data/cones", *SMALL],
     "export":    ["data/teddy/disp_left_u16.png", "-o", "exported", "--format", "pfm"],

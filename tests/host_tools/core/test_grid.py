@@ -11,8 +11,8 @@ import cv2
 import numpy as np
 import pytest
 
-from litestereo.host_tools.cameras.grid import Grid, RowBudget, fit_grid, grid_error, grid_shape, row_budget
 from litestereo.host_tools.core.errors import GeometryError
+from litestereo.host_tools.core.grid import Grid, RowBudget, fit_grid, grid_error, grid_shape, row_budget
 from litestereo.sim.models import rectification as model
 from support.pairs import generator
 from support.rectification_maps import noise

@@ -13,13 +13,14 @@ device then has, and `Grid.opencv_maps` the same for `cv2.remap`.
 from __future__ import annotations
 
 import functools
+import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.errors import GeometryError
+from .errors import GeometryError
 
 #: Pixels between two nodes.
 STEP = 16
@@ -29,6 +30,9 @@ NODE_ONE = 128
 
 #: Position of a pixel of the map, in whole numbers.
 ONE = 32
+
+#: Rows that come in before they are needed, as devices have it: a frame then takes about a clock per pixel.
+LEAD = 2
 
 #: Columns and rows, float32 or float64, H x W, in pixels.
 FloatMaps = tuple[NDArray[np.floating], NDArray[np.floating]]
@@ -71,22 +75,28 @@ class Grid:
 
     def expand(self) -> FixedMaps:
         """Return the map that a device makes of the grid: int32, H x W each, in 32nds of a pixel."""
-        row, column   = np.arange(self.height), np.arange(self.width)
-        nodes         = self.nodes.astype(np.int64)
-        line, place   = (row % STEP)[:, None, None], (column % STEP)[None, :, None]
-        upper, lower  = nodes[row//STEP], nodes[row//STEP + 1]
-        edges         = STEP*upper + line*(lower - upper)
-        left, right   = edges[:, column//STEP], edges[:, column//STEP + 1]
-        # Exact, 15 bits of fraction; rounded half up to five.
-        moved         = (STEP*left + place*(right - left) + 512) >> 10
-        return ((moved[..., 0] + ONE*column[None, :]).astype(np.int32),
-                (moved[..., 1] + ONE*row[:, None]).astype(np.int32))
+        row, column = np.arange(self.height, dtype=np.int32), np.arange(self.width, dtype=np.int32)
+        line, place = (row % STEP)[:, None], (column % STEP)[None, :]
+
+        def moved(nodes: NDArray[np.int16]) -> NDArray[np.int32]:
+            wide         = nodes.astype(np.int32)
+            upper, lower = wide[row//STEP], wide[row//STEP + 1]
+            edges        = STEP*upper + line*(lower - upper)
+            left, right  = edges[:, column//STEP], edges[:, column//STEP + 1]
+            # Exact, 15 bits of fraction in at most 26 bits; rounded half up to five.
+            return np.asarray((STEP*left + place*(right - left) + 512) >> 10, np.int32)
+
+        return moved(self.nodes[..., 0]) + ONE*column[None, :], moved(self.nodes[..., 1]) + ONE*row[:, None]
 
     def opencv_maps(self) -> tuple[NDArray[np.int16], NDArray[np.uint16]]:
         """Return the map for `cv2.remap`: int16, H x W x 2, and uint16, H x W, as `cv2.convertMaps` makes them."""
         columns, rows = self.expand()
         whole = np.stack([columns >> 5, rows >> 5], axis=-1).astype(np.int16)
         return whole, ((rows & 31)*ONE + (columns & 31)).astype(np.uint16)
+
+
+#: The maps of the left and the right camera.
+GridPair = tuple[Grid, Grid]
 
 
 @dataclass(frozen=True)
@@ -125,6 +135,11 @@ class RowBudget:
                                 f"holds {rows}: mount the cameras straighter, or use smaller images")
 
 
+def grid_crc(grids: Sequence[Grid]) -> int:
+    """Return the CRC-32 of the nodes of all cameras, by which a pair of grids is named."""
+    return zlib.crc32(b"".join(grid.nodes.astype("<i2").tobytes() for grid in grids))
+
+
 def grid_shape(width: int, height: int) -> tuple[int, int]:
     """Return rows and columns of the nodes for images of a size."""
     return (height - 1)//STEP + 2, (width - 1)//STEP + 2
@@ -161,7 +176,8 @@ def fit_grid(maps: FloatMaps) -> Grid:
     for values, place in zip(maps, own, strict=True):
         displacement = values.astype(np.float64) - place
         fitted = _inverse(height) @ displacement @ _inverse(width).T if np.isfinite(displacement).all() else np.inf
-        nodes.append(np.rint(np.asarray(fitted)*NODE_ONE))
+        # Halves are rounded alike on every computer: the last bits of a sum depend on its order.
+        nodes.append(np.rint(np.round(np.asarray(fitted)*NODE_ONE, 6)))
     largest = max(float(np.abs(values).max()) for values in nodes)
     if not largest < 2**15:
         raise GeometryError(f"the rectification moves pixels by up to {largest/NODE_ONE:.0f} pixels, a device by less "
