@@ -172,7 +172,7 @@ class FrameOption:
     text: str
 
 FRAME_OPTIONS = (
-    FrameOption("streamed", 3, "Pixels come from a stream past memory; ``left_base`` and ``right_base`` are not read."),
+    FrameOption("streamed", 3, "Pixels come from a stream, and ``left_base`` and ``right_base`` are not read."),
 )
 
 def setting(name: str) -> Setting:

@@ -15,7 +15,7 @@ class ColorlightI5(ColorlightSoC):
     loader       = "colorlight-i5"
     flash_offset = 1024*1024 # Of 2 MiB.
     preset       = Preset(
-        # With 32 disparities and all stages 88 % of the sites are in use, and no router ends.
+        # With 32 disparities and all stages 88 % of the sites are in use, and routing was stopped unfinished.
         disparities    = 16,
         max_block_size = 9,
         sys_clk_freq   = 60000000,

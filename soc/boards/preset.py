@@ -28,7 +28,7 @@ class Preset:
     cpu_variant:       str             = option("lite", "Variant of the VexRiscv.")
     # Long bursts, because SDRAM changes its row after each.
     burst_bytes:       int             = option(256, "Bytes that are read or written in one go.")
-    streaming:         bool            = option(True, "Match frames as they come from the wire, past the memory.")
+    streaming:         bool            = option(True, "Match frames as they come from the wire, unstored.")
     with_icmp:         bool            = option(True, "Answer a ping.")
     with_screen:       bool            = option(False, "Show the map on a monitor, where the board has a connector.")
     density:           float           = option(0.9, "Largest share of a region's sites to fill: less routes easier.")

@@ -17,12 +17,12 @@ enum { CODE_NONE, CODE_CONFIG, CODE_BUS, CODE_ABORTED };
 enum { EVENT_DONE = 1, EVENT_ERROR = 2 };
 
 fake_stereo_t fake_stereo = {
-    .max_width        = 1024,
-    .max_disparities  = 64,
-    .max_block_size   = 21,
+    .max_width         = 1024,
+    .max_disparities   = 64,
+    .max_block_size    = 21,
     .max_prefilter_cap = 63,
-    .features         = 0xff,
-    .clocks_per_pixel = 1,
+    .features          = 0xff,
+    .clocks_per_pixel  = 1,
 };
 
 static struct {
