@@ -7,6 +7,7 @@
 
 from __future__ import annotations
 
+import ast
 import re
 import subprocess
 import sys
@@ -34,6 +35,39 @@ def test_low_end():
     assert done.returncode == 0
     passed = re.match(r"low: Python 3\.10, numpy 1\.26\.0, OpenCV 4\.10\.0\.84: (\d+) passed", done.stdout)
     assert int(passed[1]) > 100
+
+
+def imported(path: Path) -> set[str]:
+    """Return the modules that a module imports as it is loaded, with `.` in front where it says so."""
+    found: set[str] = set()
+    for node in ast.parse(path.read_text()).body:
+        if isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            found |= {f"{'.'*node.level}{node.module or alias.name}" for alias in node.names}
+    return found
+
+
+def test_what_runs_there_loads_no_gateware():
+    """Neither the tests that run at the ends nor the helpers that they load import what is not installed there."""
+    tests = CHECKOUT / "tests"
+    names = [name.partition("::")[0] for name in ends.TESTS if not name.startswith("-")]
+    files = [path for name in names for path in ([CHECKOUT / name] if name.endswith(".py") else
+                                                 sorted((CHECKOUT / name).rglob("test_*.py")))]
+    assert len(files) > 20
+    ignored = [CHECKOUT / name.partition("=")[2] for name in ends.TESTS if name.startswith("--ignore=")]
+    waiting, seen = [path for path in files if path not in ignored], set[Path]()
+    while waiting:
+        path = waiting.pop()
+        seen.add(path)
+        for module in imported(path):
+            first, _, rest = module.removeprefix("litestereo.").partition(".")
+            gateware = first in ("gateware", *ends.GATEWARE) or first == "soc" and not rest.startswith("build.")
+            assert not gateware, f"{path} loads {module}"
+            helper = tests / "support" / f"{rest.replace('.', '/')}.py"
+            if (module.startswith(".") or first == "support") and helper.exists() and helper not in seen:
+                waiting.append(helper)
+    assert tests / "support" / "limits.py" in seen
 
 
 def executable(path, text):

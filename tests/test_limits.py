@@ -45,6 +45,11 @@ def test_limits_of_a_range(one, ends, limits, beyond):
     assert all(0 <= value <= 255 for value in one.beyond(0, 255))
 
 
+def test_ranges_of_settings():
+    """The ranges are those of the gateware's table."""
+    assert setting_ranges() == {one.name: Range(one.least, one.most, one.step) for one in SETTINGS}
+
+
 def test_the_ceiling_of_the_left_right_check_is_a_limit():
     """A matcher of 16, 32, 64 or 128 disparities holds no larger difference than the largest of its map."""
     assert {16, 32, 64, 128} <= set(setting_ranges()["disp12_max_diff"].limits)

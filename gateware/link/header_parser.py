@@ -25,7 +25,7 @@ class HeaderParser(LiteXModule):
     - ARP: IPv4 on Ethernet, a request or a reply, for the device's IP address.
     - IPv4: no options, no fragment, less than 2048 bytes, correct checksum, to the device's IP address.
     - UDP: to the port, with the length that the IP header implies.
-    - ICMP: a request for an echo, with data.
+    - ICMP: a request for an echo.
 
     A datagram's last word waits for the end of its frame, and has an error if the frame has one, or is too short. Of a
     datagram without payload one word comes. ARP messages and requests for an echo in such frames are discarded, and so
@@ -116,8 +116,8 @@ class HeaderParser(LiteXModule):
         to_port    = found(low == port)
         echo       = found(high == ECHO_REQUEST)
         sized      = found((high[3:] != 0) & (high == Cat(self.remaining[:11], C(0, 5))) & ~self.remaining[11])
-        # A request for an echo has no length: that of the IP packet has room for its header, and for some data.
-        roomy      = found((self.remaining[:11] > UDP_BYTES) & ~self.remaining[11])
+        # A request for an echo has no length: that of the IP packet has room for its header, which has as many bytes.
+        roomy      = found((self.remaining[:11] >= UDP_BYTES) & ~self.remaining[11])
 
         to_us, to_all = Signal(), Signal() # The receiver so far.
         self.checksum = checksum = ChecksumAdder()
@@ -189,16 +189,20 @@ class HeaderParser(LiteXModule):
         sink, source = self.sink, self.source
         whole = Signal()  # If the frame ends here, it has all of the payload.
         need  = Signal(2) # Number of the payload's last byte in its word.
+        free  = Signal()  # No word waits at the source.
         self.comb += [
             need.eq(self.remaining[:2] - 1),
-            sink.ready.eq(Mux(self.in_header, self.second, ~source.valid | source.ready)),
+            free.eq(~source.valid | source.ready),
+            # The fields of a datagram stay until its last word is taken: the next frame does not begin before.
+            sink.ready.eq(Mux(self.in_header, self.second & (free | (self.index != 0)), free)),
             # The remaining bytes have 4 more, as those of the word before are counted.
             self.enough.eq((self.remaining[4:] == 0) & (~self.remaining[3] | (self.remaining[:3] == 0))),
             whole.eq(self.complete | (self.enough & (sink.tail >= need))),
             self.arp.valid.eq(self.moves & sink.last & ~sink.error & ~self.in_header & self.good & self.is_arp),
             self.echo_word.eq(self.word),
             self.echo_begin.eq(self.index == 8),
-            self.echo_write.eq(self.moves & self.is_icmp & ~self.complete & (self.index > 8)),
+            # 4 remain in the word after a request without data.
+            self.echo_write.eq(self.moves & self.is_icmp & ~self.complete & (self.index > 8) & (self.remaining != 4)),
             self.echo_done.eq(self.moves & sink.last & ~sink.error & ~self.in_header & self.good & ~self.is_arp
                 & self.is_icmp & whole),
         ]

@@ -102,10 +102,15 @@ def _is_ipv6(text: str) -> bool:
 
 
 def _check_brackets(text: str) -> None:
-    """Raise UrlError for an IPv6 address without the brackets that tell its colons from that of the port."""
+    """Raise UrlError for an IPv6 address without the brackets that its colons need, and for other text in brackets."""
     scheme, _, rest = text.partition("://")
     place           = re.split("[/?#]", rest, maxsplit=1)[0]
-    if scheme not in ("udp", "tcp") or re.fullmatch(r"\[.*\](:.*)?", place):
+    if scheme not in ("udp", "tcp"):
+        return
+    if found := re.fullmatch(r"\[(.*)\](:.*)?", place):
+        # urlsplit checks this from Python 3.11.4 on.
+        if not _is_ipv6(found[1]):
+            raise UrlError(f"'{text}': '{found[1]}' is not an IPv6 address, which is what brackets are for")
         return
     bare          = re.sub(r"[\[\]]", "", place)
     host, _, port = bare.rpartition(":")

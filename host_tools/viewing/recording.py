@@ -112,12 +112,12 @@ class Recording:
 
 def _probe(url: str) -> None:
     """Raise ViewerError if no viewer listens at a URL: Rerun itself would try for ever."""
-    parts = urllib.parse.urlsplit(url)
     try:
+        parts = urllib.parse.urlsplit(url)
         host, port = parts.hostname, parts.port
     except ValueError:
         host, port = None, None
-    if not parts.scheme.startswith("rerun") or not host or not port:
+    if not host or not port or not parts.scheme.startswith("rerun"):
         raise ViewerError(f"'{url}' is not the URL of a viewer, {DEFAULT_URL} is one")
     try:
         socket.create_connection((host, port), _CONNECT_S).close()

@@ -72,7 +72,8 @@ FAULTS = {
         register, "stream_register", "add_register", "ready.source.connect(data.sink),",
         'ready.source.connect(data.sink, omit={"last"}),', "items come out as they went in, in order"),
     "an item too many": (
-        crossing, "crossing", "Crossing", "sink.ready.eq(~full)", "sink.ready.eq(1)", "pointers are in order"),
+        crossing, "crossing", "Crossing", "sink.ready.eq(~full & ~reset.blocked[cd_from])",
+        "sink.ready.eq(~reset.blocked[cd_from])", "pointers are in order"),
     "a pointer that a reset leaves": (
         crossing_reset, "crossing", "Crossing", "produce.clear.eq(reset.clear[cd_from])", "produce.clear.eq(0)",
         "what it offers has come in since a reset"),

@@ -14,12 +14,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from litestereo.gateware.common.settings import SETTINGS
+from litestereo.host_tools.core.settings_table import RULES
 
 Rng = random.Random | np.random.Generator
 
 #: Draws of a range within which each of its ends is drawn.
 BLOCK = 12
+
+#: Largest values of any device, where each has its own limit. The gateware's table needs migen, which the ends of the
+#: host package are without.
+ANY_DEVICE = {"disparities": 256, "block_size": 255}
 
 #: Draws of a block that are the ends, and powers of two or their neighbours; a draw is uniform, the others are usual.
 ENDS, POWERS = 4, 3
@@ -138,4 +142,6 @@ def seeded(rng: Rng) -> random.Random:
 
 def setting_ranges(**most: int) -> dict[str, Range]:
     """Return the range of each setting, from the table of the settings; `most` narrows some, as a device does."""
-    return {one.name: Range(one.least, min(one.most, most.get(one.name, one.most)), one.step) for one in SETTINGS}
+    largest = {name: rule.most if rule.most is not None else ANY_DEVICE[name] for name, rule in RULES.items()}
+    return {name: Range(rule.least, min(largest[name], most.get(name, largest[name])), rule.step)
+            for name, rule in RULES.items()}

@@ -156,7 +156,7 @@ def model_arp(frame: Frame) -> tuple[int, ...] | None:
 def model_echo(frame: Frame) -> tuple[int, bytes] | None:
     """Return who gets the reply to a ping, and the reply."""
     size = ip_size(frame.data, 1)
-    if size is None or frame.error or not 8 < size <= 8 + MOST_ECHO or frame.data[34:36] != b"\x08\0":
+    if size is None or frame.error or not 8 <= size <= 8 + MOST_ECHO or frame.data[34:36] != b"\x08\0":
         return None
     if not whole(frame.data, 42, size - 8)[1]:
         return None
@@ -192,7 +192,7 @@ def correct(rng) -> bytes:
         return arp(rng.choice([1, 2]), Station(f"02:00:00:00:00:{rng.randrange(256):02x}", "192.168.1.77"), DEVICE,
                    rng.choice([DEVICE.mac, BROADCAST]))
     if kind == 1:
-        return ip_frame(rng, 1, echo_request(rng.randrange(1, 125), rng))
+        return ip_frame(rng, 1, echo_request(rng.randrange(125), rng))
     return udp_frame(rng, rng.choice([0, 1, 2, 3, 4, 5, 17, 18, 19, 28, 100, 1052, 1053, 1471, 1472, 1473]))
 
 
@@ -284,6 +284,15 @@ def test_datagrams(cores, valid, ready):
     assert len(wanted) > 150 and sum(items[-1][2] != 0 for items in wanted) > 20
     cores["datagrams"].reset()
     assert run(cores["datagrams"], DATAGRAMS, frames, valid, ready) == wanted
+
+
+@pytest.mark.parametrize("ready", [0.1, 0.03])
+def test_fields_of_a_datagram_that_waits(cores, ready):
+    """However long the last word waits, its fields are those of its datagram, not of the next one."""
+    rng    = byte_generator(97, str(ready))
+    frames = [Frame(udp_frame(rng, rng.randrange(5))) for _ in range(200)]
+    cores["datagrams"].reset()
+    assert run(cores["datagrams"], DATAGRAMS, frames, 1.0, ready) == [model_datagram(frame) for frame in frames]
 
 
 @pytest.mark.parametrize(("valid", "ready"), [(1.0, 1.0), (0.5, 0.5)])

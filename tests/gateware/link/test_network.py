@@ -190,7 +190,7 @@ def meet(host: Host, frames: list[bytes], answers: int) -> list[bytes]:
     return host.exchange([arp(2, HOST, DEVICE, DEVICE.mac)], answers)
 
 
-@pytest.mark.parametrize("length", [18, 56, 57, 59])
+@pytest.mark.parametrize("length", [0, 1, 18, 56, 57, 59])
 def test_ping(host, length):
     def echo(kind: int) -> bytes:
         packet = struct.pack(">BBHHH", kind, 0, 0, 1, 2) + bytes(range(length))

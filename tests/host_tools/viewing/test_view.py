@@ -176,6 +176,7 @@ def test_browsers_are_served_until_ctrl_c(data):
 @pytest.mark.parametrize(("more", "status", "text"), [
     (["--connect", "rerun+http://127.0.0.1:1/proxy"], 1, "no viewer listens at 127.0.0.1:1"),
     (["--connect", "localhost"], 1, "not the URL of a viewer"),
+    (["--connect", "rerun+http://[1.2.3.4]:1"], 1, "not the URL of a viewer"),
     (["--save", "left/0.png/out.rrd"], 1, "cannot be written"),
     (["--montage", "left/0.png/out.png"], 1, "cannot be written"),
     (["--save", "a.rrd", "--serve"], 2, "not allowed with"),
