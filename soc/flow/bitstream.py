@@ -74,7 +74,8 @@ def constraints(made: Sources) -> str:
 def options(made: Sources) -> list[str]:
     """Return nextpnr's options. Without --timing-allow-fail a clock that is too slow is an error."""
     preset = made.board["preset"]
-    return [*made.board["nextpnr"], "--seed", str(preset["seed"]), "--placer-heap-beta", str(preset["density"])]
+    return [*made.board["nextpnr"], "--seed", str(preset["seed"]), "--placer-heap-beta", str(preset["density"]),
+        *([] if preset["timing_driven"] else ["--no-tmdriv"])]
 
 def placement_key(made: Sources) -> str:
     """Return the hash of all inputs of the bitstream."""
