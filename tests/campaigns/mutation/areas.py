@@ -85,6 +85,7 @@ MEMORY = {
 LINK_CORES = {
     "address_table.py":   ("gateware/link/test_address_table.py", NETWORK),
     "echo.py":            ("gateware/link/test_header_parser.py", NETWORK),
+    "event_counters.py":  ("gateware/link/test_event_counters.py", LINK),
     "header_parser.py":   ("gateware/link/test_header_parser.py", NETWORK),
     "header_writer.py":   ("gateware/link/test_header_writer.py", NETWORK),
     "headers.py":         ("gateware/link/test_header_writer.py", "gateware/link/test_header_parser.py"),
