@@ -22,7 +22,7 @@ WORDS = 16
 
 def message_buffer(make=MessageBuffer) -> Proof:
     """Prove datagrams of any contents and length, with payloads of up to four bytes, and correct or wrong CRCs."""
-    core = smaller(make, MessageCRC=AnyCRC, MESSAGE_BYTES=BYTES, MESSAGE_WORDS=BYTES//4)(words=WORDS, messages=2)
+    core = smaller(make, CheckCRC=AnyCRC, MESSAGE_BYTES=BYTES, MESSAGE_WORDS=BYTES//4)(words=WORDS, messages=2)
     proof        = Proof(core)
     sink, source = core.sink, core.source
     feed(proof, sink)

@@ -92,7 +92,7 @@ LINK_CORES = {
     "map_parts.py":       (STREAMING, f"{PROOF}[MapParts]"),
     "message_arbiter.py": (f"{PROOF}[MessageArbiter]", STREAMING),
     "message_buffer.py":  (LINK, f"{PROOF}[MessageBuffer]"),
-    "message_crc.py":     (LINK,),
+    "message_crc.py":     ("gateware/link/test_message_crc.py", LINK),
     "message_framer.py":  (LINK, f"{PROOF}[MessageFramer]"),
     "message_sorter.py":  (LINK, STREAMING, f"{PROOF}[MessageSorter]"),
     "network.py":         (NETWORK,),
