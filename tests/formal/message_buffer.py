@@ -28,7 +28,8 @@ def message_buffer(make=MessageBuffer) -> Proof:
     feed(proof, sink)
     proof.free(source.ready, core.crc.any)
     begin, position, first = (inside(core, name)[0] for name in ("begin", "position", "taken"))
-    whole, waiting = Signal(5), Signal(5)
+    whole   = Signal(5)
+    waiting = Signal(5)
     proof.comb += [whole.eq(position - first), waiting.eq(begin - first)]
     word  = counted(proof, taken(source), taken(source) & source.last, 10)
     total = Signal(10)
