@@ -384,19 +384,40 @@ status_t frame_link_close_stream(frame_link_t *link)
     return wait_while(is_streaming);
 }
 
+/* Counters. */
+
+enum {  /* Values of counter_index. */
+    DATAGRAMS_RECEIVED  = 0,
+    DATAGRAMS_MALFORMED = 1,
+    DATAGRAMS_OVERRUN   = 8,
+    MAILBOX_OVERRUN,
+    UPLOADS_FOREIGN,
+    UPLOADS_UNFIT,
+    CHUNKS_RECEIVED,
+    CHUNKS_REPEATED,
+    CHUNKS_WHILE_MATCHING,
+    DATAGRAMS_SENT,
+};
+
+static uint32_t read_counter(uint8_t index)
+{
+    frame_link_counter_index_write(index);
+    return frame_link_counter_read();
+}
+
 void frame_link_count(const frame_link_t *link, frame_link_counters_t *counters)
 {
     (void)link;
     *counters = (frame_link_counters_t){
-        .datagrams_received    = frame_link_datagrams_received_read(),
-        .datagrams_sent        = frame_link_datagrams_sent_read(),
-        .datagrams_malformed   = frame_link_datagrams_malformed_read(),
-        .datagrams_overrun     = frame_link_datagrams_overrun_read(),
-        .mailbox_overrun       = frame_link_mailbox_overrun_read(),
-        .uploads_foreign       = frame_link_uploads_foreign_read(),
-        .uploads_unfit         = frame_link_uploads_unfit_read(),
-        .chunks_received       = frame_link_chunks_received_read(),
-        .chunks_repeated       = frame_link_chunks_repeated_read(),
-        .chunks_while_matching = frame_link_chunks_while_matching_read(),
+        .datagrams_received    = read_counter(DATAGRAMS_RECEIVED),
+        .datagrams_sent        = read_counter(DATAGRAMS_SENT),
+        .datagrams_malformed   = read_counter(DATAGRAMS_MALFORMED),
+        .datagrams_overrun     = read_counter(DATAGRAMS_OVERRUN),
+        .mailbox_overrun       = read_counter(MAILBOX_OVERRUN),
+        .uploads_foreign       = read_counter(UPLOADS_FOREIGN),
+        .uploads_unfit         = read_counter(UPLOADS_UNFIT),
+        .chunks_received       = read_counter(CHUNKS_RECEIVED),
+        .chunks_repeated       = read_counter(CHUNKS_REPEATED),
+        .chunks_while_matching = read_counter(CHUNKS_WHILE_MATCHING),
     };
 }

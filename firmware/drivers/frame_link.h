@@ -19,7 +19,7 @@
 #include "litestereo/status.h"
 
 /** Version of the registers that this driver supports, major x 256 + minor. */
-#define FRAME_LINK_VERSION 0x0003u
+#define FRAME_LINK_VERSION 0x0004u
 
 /** Largest alignment of bases that this firmware lays memory out for, in bytes. */
 #define FRAME_LINK_MAX_ALIGNMENT 64u

@@ -11,7 +11,7 @@ from litex.soc.interconnect import stream
 
 from ..common     import *
 from .message     import *
-from .message_crc import MessageCRC
+from .message_crc import CheckCRC
 
 # Message Buffer -----------------------------------------------------------------------------------
 
@@ -75,7 +75,7 @@ class MessageBuffer(LiteXModule):
         size      = Signal(11)      # Of a message, in bytes,
         address   = Signal(32)      # and who sent it.
         port      = Signal(16)
-        self.crc = crc = MessageCRC()
+        self.crc = crc = CheckCRC()
         self.comb += [
             crc.data.eq(sink.data),
             Case(sink.last_be, {

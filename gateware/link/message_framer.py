@@ -11,7 +11,7 @@ from litex.soc.interconnect import stream
 
 from ..common     import *
 from .message     import *
-from .message_crc import MessageCRC
+from .message_crc import SumCRC
 
 # Message Framer -----------------------------------------------------------------------------------
 
@@ -35,7 +35,8 @@ class MessageFramer(LiteXModule):
 
         # # #
 
-        self.position  = Signal(max=MESSAGE_WORDS) # Number of the next word of header and payload.
+        self.position  = Signal(max=MESSAGE_WORDS) # Number of the next word of header and payload,
+        self.last_word = Signal(max=MESSAGE_WORDS) # and of the last one of both.
         self.word      = Signal(32)                # That word.
         self.in_header = Signal()                  # It is of the header.
         self.there     = Signal()                  # It is valid.
@@ -70,55 +71,59 @@ class MessageFramer(LiteXModule):
         """
         tail   = Signal(3)
         held   = Signal(32)
-        counts = Signal() # The CRC takes the word that is held.
-        self.crc = crc = MessageCRC()
+        counts = Signal() # The CRC takes the word that is held,
+        last   = Signal() # which is the last one.
+        self.crc = crc = SumCRC()
         self.comb += [
-            Case(self.sink.length[:2], {
-                1:         [tail.eq(1), crc.be.eq(1)],
-                2:         [tail.eq(2), crc.be.eq(2)],
-                3:         [tail.eq(3), crc.be.eq(4)],
-                "default": [tail.eq(4), crc.be.eq(8)],
-            }),
+            tail.eq(Cat(self.sink.length[:2], self.sink.length[:2] == 0)),
+            crc.be.eq(0b1000),
+            If(last,
+                Case(tail, {n: crc.be.eq(1 << n - 1) for n in range(1, 5)})
+            ),
             crc.data.eq(held),
             crc.ce.eq(counts),
         ]
         self.sync += [
             held.eq(self.word),
             counts.eq(self.advance),
+            last.eq(self.position == self.last_word),
         ]
         return tail
 
     def add_datagram(self, port, tail):
         """Send the words, then the CRC, which begins in the last word of the payload unless that is full."""
-        sink, source, word = self.sink, self.source, self.word
-        rounded   = Signal(12)
-        last_word = Signal(max=MESSAGE_WORDS) # Number of the last word of the payload, or of the header.
-        summed    = Signal(32)
+        sink, source = self.sink, self.source
+        rounded = Signal(12)
+        rotated = Signal(32)              # The CRC, its first byte after the payload's last.
+        of_word = Signal(4, reset=0b1111) # Bytes of the datagram that are the word's; the others are the CRC's.
+        summed  = self.crc.value
         self.comb += [
             rounded.eq(sink.length + 3),
-            summed.eq(self.crc.value),
             source.src_port.eq(port),
             source.dst_port.eq(sink.port),
             source.ip_address.eq(sink.address),
             source.length.eq(sink.length + FRAME_BYTES),
+            Case(tail, {
+                1:         rotated.eq(Cat(summed[24:], summed[:24])),
+                2:         rotated.eq(Cat(summed[16:], summed[:16])),
+                3:         rotated.eq(Cat(summed[8:],  summed[:8])),
+                "default": rotated.eq(summed),
+            }),
+            [source.data[8*n:8*n + 8].eq(Mux(of_word[n], self.word[8*n:8*n + 8], rotated[8*n:8*n + 8]))
+                for n in range(4)],
         ]
-        # By `tail`: the last word of the payload filled up with CRC, then the rest of the CRC.
-        filled = {1: Cat(word[:8], summed[:24]), 2: Cat(word[:16], summed[:16]), 3: Cat(word[:24], summed[:8]), 4: word}
-        rest   = {1: summed[24:], 2: summed[16:], 3: summed[8:], 4: summed}
-        marks  = {1: 0b0001, 2: 0b0010, 3: 0b0100, 4: 0b1000}
         self.fsm = fsm = FSM(reset_state="IDLE")
         fsm.act("IDLE",
             self.crc.reset.eq(1),
             NextValue(self.position, 0),
-            NextValue(last_word, rounded[2:] + HEADER_WORDS - 1),
+            NextValue(self.last_word, rounded[2:] + HEADER_WORDS - 1),
             If(sink.valid,
                 NextState("WORDS")
             )
         )
         fsm.act("WORDS",
             source.valid.eq(self.there),
-            source.data.eq(word),
-            If(self.position == last_word,
+            If(self.position == self.last_word,
                 source.valid.eq(0),
                 If(self.there,
                     self.advance.eq(1),
@@ -135,7 +140,7 @@ class MessageFramer(LiteXModule):
         )
         fsm.act("TAIL",
             source.valid.eq(1),
-            Case(tail, {bytes: source.data.eq(value) for bytes, value in filled.items()}),
+            Case(tail, {n: of_word.eq(2**n - 1) for n in range(1, 5)}),
             If(source.ready,
                 self.payload.ready.eq(~self.in_header),
                 NextState("CRC")
@@ -144,10 +149,8 @@ class MessageFramer(LiteXModule):
         fsm.act("CRC",
             source.valid.eq(1),
             source.last.eq(1),
-            Case(tail, {bytes: [
-                source.data.eq(value),
-                source.last_be.eq(marks[bytes]),
-            ] for bytes, value in rest.items()}),
+            of_word.eq(0),
+            Case(tail, {n: source.last_be.eq(1 << n - 1) for n in range(1, 5)}),
             If(source.ready,
                 sink.ready.eq(1),
                 self.sent.eq(1),

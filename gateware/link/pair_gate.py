@@ -45,7 +45,8 @@ class PairGate(LiteXModule):
         self.expected = Signal(11) # Bytes of the chunk that comes next.
         self.inside   = Signal()   # The words that come are of a chunk that was admitted since the gate was opened.
         self.first    = Signal()   # The next pair is the first of the frame.
-        self.pairs    = Signal(32) # Pairs that have not passed.
+        self.final    = Signal()   # All chunks have come, or are under way.
+        self.odd      = Signal()   # The frame has an odd number of pairs: its last word has only one.
         self.passes   = Signal()   # A pair passes.
 
         self.add_frame()
@@ -59,6 +60,7 @@ class PairGate(LiteXModule):
         changed   = Signal(2)  # Opened or closed in the last two clocks: a verdict of these is of the frame before.
         self.comb += [
             whole.eq(remaining[10:] != 0),
+            self.final.eq(~whole & (remaining[:10] == 0)),
             self.expected.eq(Mux(whole, CHUNK_BYTES, remaining[:10])),
             self.passes.eq(self.source.valid & self.source.ready),
         ]
@@ -67,12 +69,16 @@ class PairGate(LiteXModule):
             # Words of a chunk that was not admitted are discarded.
             If(self.begin & (changed == 0),
                 self.inside.eq(1),
-                self.offset.eq(self.offset + self.expected),
-                remaining.eq(remaining - self.expected)
+                If(whole,
+                    self.offset[10:].eq(self.offset[10:] + 1),
+                    remaining[10:].eq(remaining[10:] - 1)
+                ).Else(
+                    self.offset[:10].eq(remaining[:10]),
+                    remaining[:10].eq(0)
+                )
             ),
             If(self.passes,
                 self.first.eq(0),
-                self.pairs.eq(self.pairs - 1),
                 If(self.source.last,
                     self.opened.eq(0)
                 )
@@ -82,7 +88,7 @@ class PairGate(LiteXModule):
             ),
             If(self.open,
                 remaining.eq(Cat(C(0, 1), self.pixels)),
-                self.pairs.eq(self.pixels),
+                self.odd.eq(self.pixels[0]),
                 self.offset.eq(0),
                 self.first.eq(1),
                 self.opened.eq(1)
@@ -111,7 +117,7 @@ class PairGate(LiteXModule):
             known.eq(chunk.frame_id == frame_id),
             follows.eq(chunk.offset == self.offset),
             earlier.eq((chunk.offset < self.offset) & (chunk.offset[:10] == 0)),
-            sized.eq((chunk.length == self.expected) & (self.expected != 0)),
+            sized.eq((chunk.length == self.expected) & ~self.final),
             chunk.fits.eq(self.opened & known & follows & sized),
             chunk.repeated.eq(known & earlier),
             compared.eq(chunk.judge & ~chunk.judged),
@@ -127,7 +133,7 @@ class PairGate(LiteXModule):
             self.source.left.eq(pair[:PIXEL_BITS]),
             self.source.right.eq(pair[PIXEL_BITS:]),
             self.source.first.eq(self.first),
-            self.source.last.eq(self.pairs == 1),
+            self.source.last.eq(self.final & self.sink.last & (lane | self.odd)),
             self.source.valid.eq(self.sink.valid & self.inside),
             self.sink.ready.eq(~self.inside | (self.source.ready & (lane | self.source.last))),
         ]

@@ -95,10 +95,13 @@ class SendQueue(LiteXModule):
 
     def add_payloads(self, reader):
         """Queue the payloads that are read."""
-        self.fifo = fifo = stream.SyncFIFO([("data", 32)], PAYLOAD_WORDS, buffered=True)
+        self.fifo  = fifo  = stream.SyncFIFO([("data", 32)], PAYLOAD_WORDS, buffered=True)
+        # The word comes late in its clock from block RAM.
+        self.shown = shown = stream.Buffer([("data", 32)])
         self.comb += [
             reader.source.connect(fifo.sink, keep={"valid", "ready", "data"}),
-            fifo.source.connect(self.payload),
+            fifo.source.connect(shown.sink),
+            shown.source.connect(self.payload),
         ]
         self.sync += self.room.eq(fifo.level <= PAYLOAD_WORDS - CHUNK_BYTES//4)
 

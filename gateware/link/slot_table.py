@@ -11,17 +11,14 @@ from ..common     import *
 from .chunk_check import ChunkCheck
 from .message     import *
 
-# Slot ---------------------------------------------------------------------------------------------
-
-class Slot:
-    """Registers of slot `n`: its frame, and how much of it is missing."""
-    def __init__(self, n, index_bits):
-        self.opened   = Signal(name=f"opened{n}")              # Chunks of its frame fit.
-        self.frame_id = Signal(32, name=f"frame_id{n}")        # Id of its frame.
-        self.base     = Signal(32, name=f"base{n}")            # Byte address of the left image.
-        self.pixels   = Signal(32, name=f"pixels{n}")          # Pixels of one image,
-        self.chunks   = Signal(index_bits, name=f"chunks{n}")  # and its chunks.
-        self.missing  = Signal(index_bits, name=f"missing{n}") # Chunks missing, of both images.
+def frame_layout(index_bits):
+    """Return the layout of a slot's frame."""
+    return [
+        ("frame_id", 32),
+        ("base",     32),         # Byte address of the left image.
+        ("pixels",   32),         # Of one image,
+        ("chunks",   index_bits), # and its chunks; 0: too many, no chunk fits.
+    ]
 
 # Slot Table ---------------------------------------------------------------------------------------
 
@@ -72,7 +69,9 @@ class SlotTable(LiteXModule):
 
         self.words      = words = max_chunks//32  # Of the bitmap, per slot.
         self.index_bits = bits_for(max_chunks)
-        self.slots      = [Slot(n, self.index_bits) for n in range(slots)]
+        self.opened     = [Signal(name=f"opened{n}") for n in range(slots)] # Chunks of the slot's frame fit.
+        self.index      = Signal(max=max(slots, 2)) # Slot whose frame is compared with the chunk's.
+        self.frame      = Record(frame_layout(self.index_bits), name="slot_frame") # That frame.
         self.pending    = Signal(4)               # Slot that is being cleared,
         self.wanted     = Signal()                # and that has not been closed meanwhile.
         self.chunk_word = Signal(max=slots*words) # Word of the bitmaps that has the chunk's bit,
@@ -80,7 +79,9 @@ class SlotTable(LiteXModule):
 
         self.add_bitmaps(pipelined)
         cleared = self.add_clearing()
-        self.add_slots(max_chunks, cleared)
+        chunks  = self.add_frames(max_chunks)
+        self.add_opened(cleared)
+        self.add_missing(chunks)
         self.add_verdict()
 
     def add_bitmaps(self, pipelined):
@@ -90,7 +91,7 @@ class SlotTable(LiteXModule):
         read in the second clock after it has written the index, and then gets the word without a register. LiteX's
         bridge of an SoC with SDRAM has registers, so there software reads in the third clock.
         """
-        memory        = Memory(32, len(self.slots)*self.words, name="arrived_chunks")
+        memory        = Memory(32, len(self.opened)*self.words, name="arrived_chunks")
         update        = memory.get_port(write_capable=True, mode=READ_FIRST)
         software_port = memory.get_port(mode=READ_FIRST)
         self.update   = update
@@ -142,57 +143,87 @@ class SlotTable(LiteXModule):
         ]
         return self.clearing & clear_last & ~self.set
 
-    def add_slots(self, max_chunks, cleared):
-        """Open and close slots, and count what they lack."""
+    def add_frames(self, max_chunks):
+        """Keep the frame of each slot in memory; return how many chunks an image has of the frame opened last."""
+        memory  = Memory(len(self.frame.raw_bits()), 2**len(self.index), name="slot_frames")
+        write   = memory.get_port(write_capable=True)
+        read    = memory.get_port(async_read=True)
         rounded = Signal(33)
         needed  = Signal(self.index_bits) # Chunks of an image of the frame to open; 0: too many.
+        chunks  = Signal(self.index_bits)
+        self.specials += memory, write, read
         self.comb += [
             rounded.eq(self.pixels + CHUNK_BYTES - 1),
             If(rounded[10:] <= max_chunks//2,
                 needed.eq(rounded[10:])
             ),
+            write.adr.eq(self.slot),
+            write.dat_w.eq(Cat(self.frame_id, self.base, self.pixels, needed)),
+            write.we.eq(self.open),
+            read.adr.eq(self.index),
+            self.frame.raw_bits().eq(read.dat_r),
         ]
-        for n, slot in enumerate(self.slots):
+        self.sync += If(self.open, chunks.eq(needed))
+        return chunks
+
+    def add_opened(self, cleared):
+        """Open and close slots."""
+        for n, opened in enumerate(self.opened):
             self.sync += [
                 If(cleared & (self.pending == n),
-                    slot.opened.eq(self.wanted)
+                    opened.eq(self.wanted)
                 ),
                 If((self.open | self.close) & (self.slot == n),
-                    slot.opened.eq(0)
-                ),
-                If(self.open & (self.slot == n),
-                    slot.frame_id.eq(self.frame_id),
-                    slot.base.eq(self.base),
-                    slot.pixels.eq(self.pixels),
-                    slot.chunks.eq(needed),
-                    slot.missing.eq(Cat(C(0, 1), needed))
-                ).Elif(self.set & (self.found == n),
-                    slot.missing.eq(slot.missing - 1)
+                    opened.eq(0)
                 ),
             ]
-        shown = self.arrived_index[log2_int(self.words):]
-        self.sync += Case(shown, {n: self.missing.eq(slot.missing) for n, slot in enumerate(self.slots)})
+
+    def add_missing(self, chunks):
+        """Count what the slots lack: from the chunks of a frame, while its slot is cleared, down to 0."""
+        memory        = Memory(self.index_bits, 2**len(self.index), name="slot_missing")
+        write         = memory.get_port(write_capable=True)
+        read          = memory.get_port(async_read=True)
+        software_port = memory.get_port(async_read=True)
+        self.specials += memory, write, read, software_port
+        self.comb += [
+            read.adr.eq(self.found),
+            software_port.adr.eq(self.arrived_index[log2_int(self.words):]),
+            write.we.eq(self.set | self.clearing),
+            If(self.set,
+                write.adr.eq(self.found),
+                write.dat_w.eq(read.dat_r - 1)
+            ).Else(
+                write.adr.eq(self.pending),
+                write.dat_w.eq(Cat(C(0, 1), chunks))
+            ),
+        ]
+        self.sync += self.missing.eq(software_port.dat_r)
 
     def add_verdict(self):
-        """Judge a chunk, with a register after each step; begin again while a bitmap is being cleared.
+        """Judge a chunk: search its frame, a slot per clock, then take a register after each step; begin again while a
+        bitmap is being cleared.
 
-        The chunk's word of the bitmap is addressed from step 3 on, leaves the memory in step 4, and is in `shown` from
-        step 5 on; the verdict reads it in step 6.
+        In step 0 the slots are searched. The chunk's word of the bitmap is addressed in step 1, leaves the memory in
+        step 2, and is in `shown` from step 3 on, where the verdict reads it.
         """
-        steps    = 7
+        steps    = 4
         step     = Signal(max=steps + 1)
         finished = Signal()
-        hit, slot, image, per_image, base = self.add_search()
-        number, inside, expected = self.add_place(image, per_image)
-        word = Signal(max=len(self.slots)*self.words)
+        hit      = Signal() # The slot is open for the chunk's frame; ids are unique.
+        number, inside, expected = self.add_place()
+        word = Signal(max=len(self.opened)*self.words)
         self.comb += [
-            word.eq(Cat(number[5:5 + log2_int(self.words)], slot)),
+            hit.eq(Array(self.opened)[self.index] & (self.frame.frame_id == self.chunk.frame_id)),
+            word.eq(Cat(number[5:5 + log2_int(self.words)], self.index)),
             self.chunk.judged.eq(step == steps),
             finished.eq(step == steps - 1),
         ]
         self.sync += [
             If(~self.chunk.judge | self.clearing,
-                step.eq(0)
+                step.eq(0),
+                self.index.eq(0)
+            ).Elif((step == 0) & ~hit & (self.index != len(self.opened) - 1),
+                self.index.eq(self.index + 1)
             ).Elif(~self.chunk.judged,
                 step.eq(step + 1)
             ),
@@ -203,44 +234,14 @@ class SlotTable(LiteXModule):
             If(finished,
                 self.chunk.fits.eq(
                     hit & inside & (self.chunk.offset[:10] == 0) & (self.chunk.length == expected)),
-                self.found.eq(slot),
-                self.address.eq(base + self.chunk.offset),
+                self.found.eq(self.index),
+                self.address.eq(self.frame.base + self.chunk.offset),
                 self.chunk.repeated.eq((self.shown >> number[:5]) & 1),
                 self.marked.eq(self.shown | (1 << number[:5]))
             ),
         ]
 
-    def add_search(self):
-        """Find the slot that is open for the chunk's frame; ids are unique.
-
-        Return whether there is one, its number, pixels and chunks of its images, and its base.
-        """
-        hits      = Signal(len(self.slots))
-        hit       = Signal()
-        slot      = Signal(4)
-        image     = Signal(32)
-        per_image = Signal(self.index_bits)
-        base      = Signal(32)
-        self.sync += [
-            hit.eq(hits != 0),
-            slot.eq(0),
-            image.eq(0),
-            per_image.eq(0),
-            base.eq(0),
-        ]
-        for n, candidate in enumerate(self.slots):
-            self.sync += [
-                hits[n].eq(candidate.opened & (candidate.frame_id == self.chunk.frame_id)),
-                If(hits[n],
-                    slot.eq(n),
-                    image.eq(candidate.pixels),
-                    per_image.eq(candidate.chunks),
-                    base.eq(candidate.base)
-                ),
-            ]
-        return hit, slot, image, per_image, base
-
-    def add_place(self, image, per_image):
+    def add_place(self):
         """Find the chunk in its image. Return its number in the frame, whether the frame has it, and its length."""
         number    = Signal(22) # Of the chunk in the frame,
         beyond    = Signal(22) # in the right image,
@@ -251,13 +252,13 @@ class SlotTable(LiteXModule):
         expected  = Signal(11)
         self.comb += [
             number.eq(self.chunk.offset[10:]),
-            beyond.eq(number - per_image),
+            beyond.eq(number - self.frame.chunks),
             before.eq(Cat(C(0, 10), local)),
         ]
         self.sync += [
-            local.eq(Mux(number < per_image, number, beyond)),
-            inside.eq(number < Cat(C(0, 1), per_image)),
-            remaining.eq(image - before),
+            local.eq(Mux(number < self.frame.chunks, number, beyond)),
+            inside.eq(number < Cat(C(0, 1), self.frame.chunks)),
+            remaining.eq(self.frame.pixels - before),
             expected.eq(Mux(remaining < CHUNK_BYTES, remaining, CHUNK_BYTES)),
         ]
         return number, inside, expected

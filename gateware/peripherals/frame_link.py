@@ -10,6 +10,7 @@ from litex.gen import *
 from litex.soc.interconnect import stream
 
 from ..common               import *
+from ..link.event_counters  import EventCounters
 from ..link.map_parts       import MapParts
 from ..link.message         import *
 from ..link.message_arbiter import MessageArbiter
@@ -103,24 +104,20 @@ class FrameLink(FrameLinkCSR, LiteXModule):
             self.add_csr()
 
     def add_counters(self):
-        """Count what happens."""
+        """Count what happens: the events in the order of `COUNTERS`."""
         buffer, sorter, framer = self.buffer, self.sorter, self.framer
-        events = {
-            "datagrams_received":    buffer.received,
-            "datagrams_malformed":   buffer.malformed,
-            "datagrams_overrun":     buffer.overrun,
-            "mailbox_overrun":       sorter.mailbox_full,
-            "uploads_foreign":       sorter.foreign,
-            "uploads_unfit":         sorter.unfit,
-            "chunks_received":       sorter.accepted,
-            "chunks_repeated":       sorter.repeated,
-            "chunks_while_matching": sorter.stored & self.matching,
-            "datagrams_sent":        framer.sent,
-        }
-        self.counters = {}
-        for name, event in events.items():
-            self.counters[name] = counter = Signal(32, name=name)
-            self.sync += If(event, counter.eq(counter + 1))
+        self.counters = EventCounters([
+            buffer.received,
+            buffer.malformed,
+            buffer.overrun,
+            sorter.mailbox_full,
+            sorter.foreign,
+            sorter.unfit,
+            sorter.accepted,
+            sorter.repeated,
+            sorter.stored & self.matching,
+            framer.sent,
+        ])
 
     def add_streaming(self):
         """Add the path of streamed frames: pairs to the matcher, and parts of the map between the other messages."""

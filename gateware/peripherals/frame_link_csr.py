@@ -8,7 +8,9 @@ from migen import *
 from litex.soc.interconnect.csr import *
 from litex.soc.integration.doc  import ModuleDoc
 
-LINK_VERSION = (0, 3) # Of the register interface: major, minor.
+from ..link.event_counters import COUNTER_NUMBERS
+
+LINK_VERSION = (0, 4) # Of the register interface: major, minor.
 
 STAGED_JOB = {
     "address":  "IPv4 address of the peer that gets the message.",
@@ -64,6 +66,8 @@ class FrameLinkCSR:
         in its ``options``. The stream closes itself with the last pair. To give the frame up, abort the matcher, then
         close the stream.
 
+        To read a counter: write its number to ``counter_index``, then read ``counter``.
+
         A CPU with a data cache has to invalidate its lines of the mailbox before it reads a message.
         """)
         self.add_capabilities()
@@ -75,8 +79,7 @@ class FrameLinkCSR:
         self.add_status("streaming", 1, int(self.streaming), "1: streamed frames are supported.")
         if self.streaming:
             self.add_stream()
-        for name, description in COUNTERS.items():
-            self.add_status(name, 32, self.counters[name], description)
+        self.add_counter()
 
     def add_status(self, name, size, value, description):
         """Add a register that shows a value."""
@@ -209,3 +212,16 @@ class FrameLinkCSR:
             self._stream_status.fields.sending.eq(parts.sending),
         ]
         self.add_status("stream_offset", 32, gate.offset, "Offset of the chunk of pairs that comes next.")
+
+    def add_counter(self):
+        """Add the counters, of which software reads one at a time."""
+        self._counter_index = CSRStorage(name="counter_index", fields=[
+            CSRField("number", size=4, values=[(str(number), f"``{name}``: {description}")
+                for number, (name, description) in zip(COUNTER_NUMBERS, COUNTERS.items())],
+                description="Number of the counter to read.")])
+        self.comb += [
+            self.counters.index.eq(self._counter_index.fields.number),
+            self.counters.read.eq(self._counter_index.re),
+        ]
+        self.add_status("counter", 32, self.counters.value,
+            "That counter, when ``counter_index`` was written; modulo 2**32, 0 after a reset.")

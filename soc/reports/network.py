@@ -70,8 +70,9 @@ PARTS = {
     r"networktop_link_(queue|reader)":                             "link: send queue and reader",
     r"networktop_link_writer":                                     "link: writer",
     r"networktop_link_(pairgate|gate|parts)":                      "link: streaming",
-    r"(networktop_link|framelink)_":                               "link: counters and the rest",
-    r"(memory|storage|map_parts|arrived_chunks)":                  "memories",
+    r"networktop_link_(eventcounters|counters)":                   "link: counters",
+    r"(networktop_link|framelink)_":                               "link: the rest",
+    r"(memory|storage|map_parts|arrived_chunks|event_counters)":   "memories",
 }
 
 PARTS_HEADER = """\
@@ -110,11 +111,12 @@ class NetworkTop(LiteXModule):
             table.slot, table.frame_id, table.base, table.pixels, table.open, table.close,
             table.arrived_index, *queue.job.flatten(), queue.reply, queue.burst, queue.abort, link.matching,
             gate.frame_id, gate.pixels, gate.open, gate.close, link.sequence,
+            link.counters.index, link.counters.read,
             link.pairs.ready, link.map.valid, link.map.last, link.map.disparity,
             ports["read"].cmd.ready, ports["read"].rdata.valid, ports["read"].rdata.data,
             ports["write"].cmd.ready, ports["write"].wdata.ready]
         outputs = [table.clearing, table.arrived, table.missing, table.found, sorter.writing, sorter.produced,
-            queue.reply_busy, queue.burst_busy, *link.counters.values(), gate.opened, gate.offset, link.parts.sending,
+            queue.reply_busy, queue.burst_busy, link.counters.value, gate.opened, gate.offset, link.parts.sending,
             link.pairs.valid, link.pairs.first, link.pairs.last, link.pairs.left, link.pairs.right,
             ports["read"].cmd.valid, ports["read"].cmd.addr, ports["read"].rdata.ready,
             ports["write"].cmd.valid, ports["write"].cmd.addr, ports["write"].wdata.valid, ports["write"].wdata.data]

@@ -22,13 +22,14 @@ WORDS = 16
 
 def message_buffer(make=MessageBuffer) -> Proof:
     """Prove datagrams of any contents and length, with payloads of up to four bytes, and correct or wrong CRCs."""
-    core = smaller(make, MessageCRC=AnyCRC, MESSAGE_BYTES=BYTES, MESSAGE_WORDS=BYTES//4)(words=WORDS, messages=2)
+    core = smaller(make, CheckCRC=AnyCRC, MESSAGE_BYTES=BYTES, MESSAGE_WORDS=BYTES//4)(words=WORDS, messages=2)
     proof        = Proof(core)
     sink, source = core.sink, core.source
     feed(proof, sink)
     proof.free(source.ready, core.crc.any)
     begin, position, first = (inside(core, name)[0] for name in ("begin", "position", "taken"))
-    whole, waiting = Signal(5), Signal(5)
+    whole   = Signal(5)
+    waiting = Signal(5)
     proof.comb += [whole.eq(position - first), waiting.eq(begin - first)]
     word  = counted(proof, taken(source), taken(source) & source.last, 10)
     total = Signal(10)

@@ -30,7 +30,7 @@ class AnyCRC(LiteXModule):
 
 def message_framer(make=MessageFramer) -> Proof:
     """Prove messages of any length, one after the other; payload and receiver may stall at any time."""
-    core         = smaller(make, MessageCRC=AnyCRC)(1234)
+    core         = smaller(make, SumCRC=AnyCRC)(1234)
     proof        = Proof(core)
     sink, source = core.sink, core.source
     feed(proof, sink)

@@ -61,7 +61,9 @@ def message_sorter(make=MessageSorter) -> Proof:
     proof.assume("verdicts come when asked for", ~chunk.judged | chunk.judge)
     proof.assume("an empty chunk does not fit", ~chunk.fits | (chunk.length != 0))
     # The firmware removes messages from the mailbox.
-    waits, waited, read = Signal(8), Signal(8), Signal(8)
+    waits  = Signal(8)
+    waited = Signal(8)
+    read   = Signal(8)
     proof.comb += [waits.eq(core.produced - core.consumed), read.eq(core.consumed - proof.past(core.consumed)),
                    waited.eq(core.produced - proof.past(core.consumed))]
     proof.assume("the firmware takes what is there", Mux(proof.started, read <= waited, core.consumed == 0))

@@ -66,7 +66,7 @@ def border(make=Border) -> Proof:
     column, row = raster_position(proof, moves, width, core.begin)
     last        = (column == width - 1) & (row == height - 1)
     margin = block_size[1:]
-    ends   = [Signal(8), Signal(8)]
+    ends   = [Signal(8, name=f"end_{axis}") for axis in "xy"]
     valid   = Signal()
     invalid = Signal(16)
     shown   = Signal(16)

@@ -74,8 +74,10 @@ def send_queue(make=SendQueue) -> Proof:
 
     proof.prove("what is offered stays", stays(proof, source))
     proof.prove("and so does its payload", stays(proof, payload))
-    proof.prove("a message is offered when all of its payload is in the FIFO",
-                ~source.valid | (word + core.fifo.level >= words))
+    queued = Signal(8)  # Words in the FIFO, and the one that is shown.
+    proof.comb += queued.eq(core.fifo.level + payload.valid)
+    proof.prove("a message is offered when all of its payload is in the queue",
+                ~source.valid | (word + queued >= words))
     proof.prove("its payload never waits", ~source.valid | (word == words) | payload.valid)
     proof.prove("the reader never waits for room", reader.idle | core.fifo.sink.ready)
     proof.prove("a message is of 1024 bytes at most", ~source.valid | (source.length <= CHUNK))
@@ -113,8 +115,8 @@ def send_queue(make=SendQueue) -> Proof:
                 ~core.burst_busy | ~stopped | (late <= 3))
 
     invariants(proof, core, reader, SimpleNamespace(
-        words=words, word=word, which=which, data=data, pushed=pushed, popped=popped, blocks=blocks, marked=marked,
-        calm=calm, before=before, stopped=stopped, late=late, chosen=chosen))
+        words=words, word=word, queued=queued, which=which, data=data, pushed=pushed, popped=popped, blocks=blocks,
+        marked=marked, calm=calm, before=before, stopped=stopped, late=late, chosen=chosen))
     return proof
 
 
@@ -222,7 +224,7 @@ def invariants(proof: Proof, core: SendQueue, reader: Reader, ghost: SimpleNames
     proof.comb += ahead.eq(Mux(source.valid, ghost.words, 0) + Mux(state["OFFER"], held_by, 0)
                            + Mux(state["READ"], held_by - reader.remaining, 0))
     proof.prove("words are of messages that leave, wait or are read",
-                core.fifo.level + ghost.word == ahead)
+                ghost.queued + ghost.word == ahead)
     proof.prove("no more are taken than a message has", Mux(source.valid, ghost.word <= ghost.words, ghost.word == 0))
     proof.prove("reading in one state", Mux(state["READ"], (reader.remaining <= held_by) & (held_by != 0), reader.idle))
     proof.prove("room is there at once", ~state["ROOM"] | inside(core, "room")[0])
@@ -231,19 +233,25 @@ def invariants(proof: Proof, core: SendQueue, reader: Reader, ghost: SimpleNames
     proof.comb += distance.eq(produce - consume)
     proof.prove("the FIFO's level is its pointers' distance", (distance == inner.level[:len(distance)])
                 & (inner.level <= inner.depth))
-    proof.prove("a word is shown a clock after it came", output | (inner.level == 0) | (
-        (inner.level == 1) & state["READ"] & (~source.valid | (ghost.word == ghost.words))))
+    payload = core.payload
+    gone    = ghost.word + payload.valid  # Of the message that is offered, words that have left the FIFO.
+    proof.prove("a word leaves the FIFO's memory a clock after it came", output | (inner.level == 0) | (
+        (inner.level == 1) & state["READ"] & (~source.valid | (gone >= ghost.words))))
+    proof.prove("and is shown two clocks later", payload.valid | (core.fifo.level == 0) | (
+        (~source.valid | (ghost.word == ghost.words)) & Mux(
+            state["READ"], core.fifo.level <= 2, state["OFFER"] & output & (inner.level == 0))))
     inside_fifo = Signal(32)
     place       = Signal(32)
     address     = Signal.like(consume)
     storage = next(special for special in core.fifo._fragment.specials if isinstance(special, Memory))
     port    = storage.get_port(async_read=True)
     proof.specials += port
-    proof.comb += [inside_fifo.eq(ghost.pushed - ghost.popped), place.eq(ghost.which - ghost.popped),
+    proof.comb += [inside_fifo.eq(ghost.pushed - ghost.popped - payload.valid),
+                   place.eq(ghost.which - ghost.popped - payload.valid),
                    address.eq(consume + place - output), port.adr.eq(address)]
     proof.prove("words are counted", inside_fifo == core.fifo.level)
     proof.prove("the FIFO holds the word", (place >= core.fifo.level) | Mux(
-        output & (place == 0), core.payload.data == ghost.data, port.dat_r[:32] == ghost.data))
+        output & (place == 0), core.fifo.source.data == ghost.data, port.dat_r[:32] == ghost.data))
 
     # The marked job.
     leaving = source.valid & source.mark

@@ -7,7 +7,7 @@
 
 from __future__ import annotations
 
-from migen import Array, C, Cat, If, Memory, Mux, Signal
+from migen import Array, C, Cat, If, Memory, Mux, Record, Signal
 
 from litestereo.gateware.link.message import CHUNK_BYTES
 from litestereo.gateware.link.slot_table import SlotTable
@@ -26,6 +26,7 @@ def slot_table(make=SlotTable) -> Proof:
     asked = [chunk.frame_id, chunk.offset, chunk.length]
     proof.free(core.slot, core.frame_id, core.base, core.pixels, core.open, core.close, *asked, chunk.judge, core.set,
                core.arrived_index)
+    frames = [frame_of(proof, core, n) for n in range(SLOTS)]
     before = proof.past(chunk.judge)
     for field in asked:
         proof.assume("what is judged holds", ~(before & chunk.judge) | (field == proof.past(field)))
@@ -39,16 +40,16 @@ def slot_table(make=SlotTable) -> Proof:
         proof.assume(f"slot {n} is opened some clocks after its closing", ~core.open | (core.slot != n)
                      | (clocks == 10))
         proof.assume(f"no other frame has the id of slot {n}'s", ~core.open | (core.slot == n)
-                     | ~inside(core, f"opened{n}")[0] | (core.frame_id != inside(core, f"frame_id{n}")[0]))
+                     | ~inside(core, f"opened{n}")[0] | (core.frame_id != frames[n].frame_id))
     ready = Signal()  # A verdict that accepts a chunk and is not used yet.
     proof.sync += If(chunk.judged & chunk.judge, ready.eq(chunk.fits & ~chunk.repeated)).Elif(core.set | chunk.judge,
                                                                                          ready.eq(0))
     proof.assume("a chunk is marked when it was allowed, once", ~core.set | (ready & ~chunk.judge))
 
     allowed = chunk.judge & chunk.judged & chunk.fits
-    bases   = Array(inside(core, f"base{n}")[0] for n in range(SLOTS))
-    pixels  = Array(inside(core, f"pixels{n}")[0] for n in range(SLOTS))
-    ids     = Array(inside(core, f"frame_id{n}")[0] for n in range(SLOTS))
+    bases   = Array(frame.base for frame in frames)
+    pixels  = Array(frame.pixels for frame in frames)
+    ids     = Array(frame.frame_id for frame in frames)
     base, size, frame_id, rounded, pitch, local, offset = (
         Signal(32, name_override=f"found_{name}")
         for name in ("base", "size", "frame_id", "rounded", "pitch", "local", "offset"))
@@ -78,11 +79,25 @@ def slot_table(make=SlotTable) -> Proof:
     return proof
 
 
+def memory_of(core: SlotTable, name: str) -> Memory:
+    """Return a memory of the core."""
+    return next(special for special in core._fragment.specials
+                if isinstance(special, Memory) and special.name_override == name)
+
+
+def frame_of(proof: Proof, core: SlotTable, slot: int) -> Record:
+    """Return the frame in a slot."""
+    frame = Record(core.frame.layout)
+    port  = memory_of(core, "slot_frames").get_port(async_read=True)
+    proof.specials += port
+    proof.comb     += [port.adr.eq(slot), frame.raw_bits().eq(port.dat_r)]
+    return frame
+
+
 def bitmaps(proof: Proof, core: SlotTable, allowed) -> None:
     """Prove what becomes of any word of the bitmaps: the solver chooses which."""
     words  = CHUNKS//32
-    memory = next(special for special in core._fragment.specials if isinstance(special, Memory))
-    port   = memory.get_port(async_read=True)
+    port   = memory_of(core, "arrived_chunks").get_port(async_read=True)
     place  = proof.constant(len(port.adr))
     chosen = Signal.like(port.adr)
     proof.specials += port

@@ -111,8 +111,8 @@ FAULTS = {
         message_sorter, "message_sorter", "MessageSorter", "Elif(~table.chunk.fits,", "Elif(0,",
         "a chunk is written when it fits and has not come before"),
     "a pair too many": (
-        pair_gate, "pair_gate", "PairGate", "self.source.last.eq(self.pairs == 1)",
-        "self.source.last.eq(self.pairs == 0)", "so is the last"),
+        pair_gate, "pair_gate", "PairGate", "self.sink.last & (lane | self.odd)", "self.sink.last & lane",
+        "so is the last"),
     "a verdict of the frame before": (
         pair_gate, "pair_gate", "PairGate", "self.begin & (changed == 0)", "self.begin", "no pair beyond the frame"),
     "memory beside the job": (

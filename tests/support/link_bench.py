@@ -16,8 +16,10 @@ from litex.gen import LiteXModule
 from litex.soc.interconnect import stream
 from migen import Cat, Signal
 
+from litestereo.gateware.link.event_counters import COUNTER_NUMBERS
 from litestereo.gateware.link.message import TYPE_PAIRS
 from litestereo.gateware.peripherals.frame_link import FrameLink
+from litestereo.gateware.peripherals.frame_link_csr import COUNTERS
 from litestereo.host_tools.protocol.messages import CHUNK_BYTES, Message, MessageType
 from litestereo.sim.cores.stream_core import StreamCore
 from litestereo.soc.parts.wide_ram import WideRAM
@@ -31,9 +33,7 @@ MAILBOX_BASE      = 1 << 16
 WIRE              = [("data", 32), ("last_be", 4), ("error", 4), ("address", 32), ("port", 16)]
 SHARED            = {"valid", "ready", "last", "data", "last_be", "error"}
 
-COUNTERS = ("datagrams_received", "datagrams_malformed", "datagrams_overrun", "mailbox_overrun", "uploads_foreign",
-            "uploads_unfit", "chunks_received", "chunks_repeated", "chunks_while_matching", "datagrams_sent")
-JOB      = ("address", "port", "type", "session", "sequence", "frame_id", "offset", "base", "length")
+JOB = ("address", "port", "type", "session", "sequence", "frame_id", "offset", "base", "length")
 
 
 class LinkInRAM(LiteXModule):
@@ -76,13 +76,14 @@ class LinkInRAM(LiteXModule):
             "reply": queue.reply, "burst": queue.burst, "abort": queue.abort,
             "stream_frame_id": link.gate.frame_id, "stream_pixels": link.gate.pixels, "sequence": link.sequence,
             "stream_open": link.gate.open, "stream_close": link.gate.close, "slow": self.slow,
-            "matching": link.matching,
+            "matching": link.matching, "counter_index": link.counters.index, "counter_read": link.counters.read,
         } | {f"send_{name}": getattr(queue.job, name) for name in JOB}
         self.status = {
             "clearing": table.clearing, "writing": sorter.writing, "arrived": table.arrived, "missing": table.missing,
             "produced": sorter.produced, "reply_busy": queue.reply_busy, "burst_busy": queue.burst_busy,
             "opened": link.gate.opened, "sending": link.parts.sending, "offset": link.gate.offset,
-        } | {name: link.counters[name] for name in COUNTERS}
+            "counter": link.counters.value,
+        }
         for name, signal in self.settings.items():
             port = Signal.like(signal)
             setattr(self, f"set_{name}", port)
@@ -230,7 +231,14 @@ class LinkBench:
 
     def counters(self) -> dict[str, int]:
         """Return all counters."""
-        return {name: self.get(name) for name in COUNTERS}
+        return {name: self.counter(number) for number, name in zip(COUNTER_NUMBERS, COUNTERS, strict=True)}
+
+    def counter(self, number: int) -> int:
+        """Return a counter, read as software does."""
+        self.set(counter_index=number)
+        self.pulse("counter_read")
+        self.clocks(2)
+        return self.get("counter")
 
 
 def chunk_offsets(pixels: int) -> list[tuple[int, int]]:

@@ -58,6 +58,7 @@ static struct {
     job_t    staged, reply, burst;
     bool     abort;
     uint32_t received, sent, malformed, overrun, foreign, unfit, chunks, repeated, while_matching;
+    uint32_t counter;  /* The one that was read last. */
 } regs;
 
 static uint8_t *memory_at(uint32_t address)
@@ -275,16 +276,6 @@ uint8_t  frame_link_mailbox_entries_read(void)       { return ENTRIES; }
 uint16_t frame_link_alignment_read(void)             { return ALIGNMENT; }
 uint16_t frame_link_port_read(void)                  { return fake_frame_link.port; }
 uint8_t  frame_link_mailbox_produced_read(void)      { return regs.produced; }
-uint32_t frame_link_datagrams_received_read(void)    { return regs.received; }
-uint32_t frame_link_datagrams_sent_read(void)        { return regs.sent; }
-uint32_t frame_link_datagrams_malformed_read(void)   { return regs.malformed; }
-uint32_t frame_link_datagrams_overrun_read(void)     { return 0; }
-uint32_t frame_link_mailbox_overrun_read(void)       { return regs.overrun; }
-uint32_t frame_link_uploads_foreign_read(void)       { return regs.foreign; }
-uint32_t frame_link_uploads_unfit_read(void)         { return regs.unfit; }
-uint32_t frame_link_chunks_received_read(void)       { return regs.chunks; }
-uint32_t frame_link_chunks_repeated_read(void)       { return regs.repeated; }
-uint32_t frame_link_chunks_while_matching_read(void) { return regs.while_matching; }
 
 void frame_link_stream_frame_id_write(uint32_t value) { fake_stream_staged.frame_id = value; }
 void frame_link_stream_pixels_write(uint32_t value)   { fake_stream_staged.pixels = value; }
@@ -375,6 +366,28 @@ uint32_t frame_link_arrived_read(void)
 
     REQUIRE(regs.arrived_index < SLOTS * words);
     return regs.slot[regs.arrived_index / words].arrived[regs.arrived_index % words];
+}
+
+void frame_link_counter_index_write(uint8_t value)
+{
+    switch (value) {
+    case 0:  regs.counter = regs.received; break;
+    case 1:  regs.counter = regs.malformed; break;
+    case 8:  regs.counter = 0; break;  /* No datagram comes too fast. */
+    case 9:  regs.counter = regs.overrun; break;
+    case 10: regs.counter = regs.foreign; break;
+    case 11: regs.counter = regs.unfit; break;
+    case 12: regs.counter = regs.chunks; break;
+    case 13: regs.counter = regs.repeated; break;
+    case 14: regs.counter = regs.while_matching; break;
+    case 15: regs.counter = regs.sent; break;
+    default: REQUIRE(false);
+    }
+}
+
+uint32_t frame_link_counter_read(void)
+{
+    return regs.counter;
 }
 
 void frame_link_send_control_write(uint8_t value)

@@ -16,8 +16,10 @@ from litex.gen import LiteXModule
 from litex.soc.interconnect import stream
 from migen import ClockDomain, ClockDomainsRenamer, ClockSignal, If, ResetSignal, Signal
 
+from litestereo.gateware.link.event_counters import COUNTER_NUMBERS
 from litestereo.gateware.link.network import Network
 from litestereo.gateware.peripherals.frame_link import FrameLink
+from litestereo.gateware.peripherals.frame_link_csr import COUNTERS
 from litestereo.host_tools.protocol.messages import Message, MessageType
 from litestereo.sim.cores.stream_core import StreamCore
 from litestereo.soc.parts.add_frame_link import IP_ADDRESS, MAC_ADDRESS, NETMASK, UDP_PORT
@@ -89,11 +91,15 @@ class Device(LiteXModule):
         self.open, self.burst, self.length = link.table.open, link.queue.burst, Signal(16)
         self.comb += link.queue.job.length.eq(self.length)
         self.produced, self.missing    = link.sorter.produced, link.table.missing
-        self.overrun,  self.malformed  = (link.counters[f"datagrams_{name}"] for name in ("overrun", "malformed"))
+        self.counter_index, self.counter_read = link.counters.index, link.counters.read
+        self.counter                          = link.counters.value
 
 
-SETTINGS = ["open", "burst", "length"]
-STATUS   = ["produced", "missing", "overrun", "malformed"]
+#: Numbers of the frame link's counters.
+NUMBERS = dict(zip(COUNTERS, COUNTER_NUMBERS, strict=True))
+
+SETTINGS = ["open", "burst", "length", "counter_index", "counter_read"]
+STATUS   = ["produced", "missing", "counter"]
 
 
 class FastWireDevice(LiteXModule):
@@ -156,6 +162,12 @@ class Host:
         self.core.run(np.zeros(0, np.uint32), 1, ready=0.0, idle_clocks=self.pulse_clocks)
         self.core.set(**{name: 0})
         self.core.run(np.zeros(0, np.uint32), 1, ready=0.0, idle_clocks=100)
+
+    def counter(self, name: str) -> int:
+        """Return a counter of the frame link."""
+        self.core.set(counter_index=NUMBERS[name])
+        self.pulse("counter_read")
+        return self.core.get("counter")
 
 
 @pytest.fixture(scope="module", params=[False, True], ids=["model", "wire"])
@@ -273,7 +285,8 @@ def test_chunks_at_the_speed_of_the_wire_and_the_map_back(host):
     host.pulse("open")
     host.exchange([datagram(PEER, DEVICE, Message(MessageType.UPLOAD, TOKEN, 1, 7, offset, payload).encode())
                    for offset, payload in chunks.items()], 0)
-    assert [host.core.get(name) for name in ("missing", "overrun", "malformed")] == [0, 0, 0]
+    assert host.core.get("missing") == 0
+    assert [host.counter(f"datagrams_{name}") for name in ("received", "overrun", "malformed")] == [8, 0, 0]
     host.core.set(length=8192)
     host.pulse("burst")
     taken    = [host_takes(frame) for frame in meet(host, [], 8)]
@@ -288,7 +301,8 @@ def test_a_wire_twice_as_fast_as_the_clock(fast_wire):
     fast_wire.pulse("open")
     fast_wire.exchange([datagram(PEER, DEVICE, Message(MessageType.UPLOAD, TOKEN, 1, 7, offset, payload).encode())
                         for offset, payload in chunks.items()], 0)
-    assert [fast_wire.core.get(name) for name in ("missing", "overrun", "malformed")] == [0, 0, 0]
+    assert fast_wire.core.get("missing") == 0
+    assert [fast_wire.counter(f"datagrams_{name}") for name in ("received", "overrun", "malformed")] == [8, 0, 0]
     for _ in range(6):
         fast_wire.exchange([datagram(PEER, DEVICE, Message(MessageType.CONFIGURE).encode())], 0)
     assert fast_wire.core.get("produced") == 6

@@ -27,9 +27,6 @@ from support.pairs import byte_generator
 Fields = dict[str, int]
 """Signals, by their names, with the lowest bit of each in its register."""
 
-COUNTERS = ("datagrams_received", "datagrams_malformed", "datagrams_overrun", "mailbox_overrun", "uploads_foreign",
-            "uploads_unfit", "chunks_received", "chunks_repeated", "chunks_while_matching", "datagrams_sent")
-
 
 @dataclass(frozen=True)
 class Map:
@@ -38,6 +35,7 @@ class Map:
     pulses:    dict[str, Fields]                                 #: by register: Signals that are set for one clock
     shows:     dict[str, Fields]                                 #: by register: Signals that it reads
     constants: dict[str, int]                                    #: by register
+    written:   dict[str, str] = field(default_factory=dict)      #: by register: a Signal set a clock after any write
     others:    frozenset[str] = field(default_factory=frozenset) #: registers with tests elsewhere
 
     @property
@@ -73,7 +71,7 @@ class LinkRegisters(FrameLinkCSR, LiteXModule):
         self.queue    = signals(reply=1, burst=1, abort=1, reply_busy=1, burst_busy=1)
         self.gate     = signals(frame_id=32, pixels=32, open=1, close=1, opened=1, offset=32)
         self.parts    = signals(sending=1)
-        self.counters = vars(signals(**dict.fromkeys(COUNTERS, 32)))
+        self.counters = signals(index=4, read=1, value=32)
         self.queue.job = signals(**dict(job_layout()))
         self.add_csr()
 
@@ -96,6 +94,7 @@ LINK = Map(
         "stream_frame_id": {"gate.frame_id": 0},
         "stream_pixels":   {"gate.pixels": 0},
         "stream_sequence": {"sequence": 0},
+        "counter_index":   {"counters.index": 0},
     },
     pulses={
         "slot_control":   {"table.slot": 0, "table.open": 8, "table.close": 9},
@@ -110,11 +109,12 @@ LINK = Map(
         "send_status":      {"queue.reply_busy": 0, "queue.burst_busy": 1},
         "stream_status":    {"gate.opened": 0, "parts.sending": 1},
         "stream_offset":    {"gate.offset": 0},
-        **{name: {f"counters.{name}": 0} for name in COUNTERS},
+        "counter":          {"counters.value": 0},
     },
-    constants={"version": 0x0003, "slots": LinkRegisters.SLOTS, "max_chunks": LinkRegisters.MAX_CHUNKS,
+    constants={"version": 0x0004, "slots": LinkRegisters.SLOTS, "max_chunks": LinkRegisters.MAX_CHUNKS,
                "mailbox_entries": LinkRegisters.ENTRIES, "alignment": LinkRegisters.ALIGNMENT,
-               "port": LinkRegisters.PORT, "streaming": 1})
+               "port": LinkRegisters.PORT, "streaming": 1},
+    written={"counter_index": "counters.read"})
 
 
 class StereoRegisters(PeripheralCSR, LiteXModule):
@@ -162,7 +162,7 @@ class Bench:
         self.driven, self.shown = widths(registers.drives) | widths(registers.pulses), widths(registers.shows)
         self.events = {"done": block.done, "failed": block.failed} if hasattr(block, "ev") else {}
         inputs      = {name: self._signal(block, name) for name in self.shown}
-        outputs     = {name: self._signal(block, name) for name in self.driven}
+        outputs     = {name: self._signal(block, name) for name in [*self.driven, *registers.written.values()]}
         self._pins  = {name: name.replace(".", "_") for name in {*inputs, *outputs}}
         more        = {"irq": block.ev.irq} if self.events else {}
         self.pins   = PinCore(
@@ -175,7 +175,7 @@ class Bench:
     def _signal(block: LiteXModule, name: str) -> Signal:
         found = block
         for part in name.split("."):
-            found = found[part] if isinstance(found, dict) else getattr(found, part)
+            found = getattr(found, part)
         return found
 
     def clock(self) -> None:
@@ -187,7 +187,11 @@ class Bench:
 
     def outputs(self) -> Fields:
         """Return the values of all Signals that registers drive."""
-        return {name: self.pins.get(self._pins[name]) for name in self.driven}
+        return {name: self.get(name) for name in self.driven}
+
+    def get(self, name: str) -> int:
+        """Return the value of a Signal that registers drive."""
+        return self.pins.get(self._pins[name])
 
     def write(self, register: str, value: int) -> None:
         """Write a register, in one clock."""
@@ -254,6 +258,17 @@ def test_a_command_lasts_for_one_clock(bench):
             assert bench.outputs() == quiet | {command: 1}
             bench.clock()
             assert bench.outputs() == quiet
+
+
+def test_a_write_is_noticed(bench):
+    """A write of any value sets the Signal in the next clock alone, and a write of another register does not."""
+    for register in [*bench.map.drives, *bench.map.pulses]:
+        for value in (0, 1, 0):
+            bench.write(register, value)
+            for name, signal in bench.map.written.items():
+                assert bench.get(signal) == int(register == name)
+            bench.clock()
+            assert not any(bench.get(signal) for signal in bench.map.written.values())
 
 
 def test_a_register_shows_its_signals(bench):

@@ -122,6 +122,7 @@ void frame_link_stream_frame_id_write(uint32_t value);
 void frame_link_stream_pixels_write(uint32_t value);
 void frame_link_stream_sequence_write(uint32_t value);
 void frame_link_stream_control_write(uint8_t value);
+void frame_link_counter_index_write(uint8_t value);
 
 uint16_t frame_link_version_read(void);
 uint8_t frame_link_slots_read(void);
@@ -136,16 +137,7 @@ uint8_t frame_link_send_status_read(void);
 uint8_t frame_link_streaming_read(void);
 uint8_t frame_link_stream_status_read(void);
 uint32_t frame_link_stream_offset_read(void);
-uint32_t frame_link_datagrams_received_read(void);
-uint32_t frame_link_datagrams_sent_read(void);
-uint32_t frame_link_datagrams_malformed_read(void);
-uint32_t frame_link_datagrams_overrun_read(void);
-uint32_t frame_link_mailbox_overrun_read(void);
-uint32_t frame_link_uploads_foreign_read(void);
-uint32_t frame_link_uploads_unfit_read(void);
-uint32_t frame_link_chunks_received_read(void);
-uint32_t frame_link_chunks_repeated_read(void);
-uint32_t frame_link_chunks_while_matching_read(void);
+uint32_t frame_link_counter_read(void);
 #endif
 
 #define CSR_RESET_RECORD_BASE 0xf0004000L
