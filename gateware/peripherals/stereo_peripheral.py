@@ -118,14 +118,12 @@ class StereoPeripheral(PeripheralCSR, LiteXModule):
         """Follow a frame from start to its end, good or bad."""
         reader, writer = self.reader, self.writer
         settle    = WaitTimer(SETTLE_CLOCKS)
-        first_row = Signal() # Of the clock before: the matcher's pulse comes late in its clock.
         next_code = Signal(4)
         aborted   = Signal() # Remembered until the frame has begun, and can be given up.
         self.submodules += settle
         self.fsm = fsm = FSM(reset_state="IDLE")
         self.comb += self.busy.eq(~fsm.ongoing("IDLE"))
         self.sync += [
-            first_row.eq(self.matcher.first_row),
             If(self.abort,
                 aborted.eq(1)
             ),
@@ -162,8 +160,8 @@ class StereoPeripheral(PeripheralCSR, LiteXModule):
         )
         fsm.act("FRAME",
             NextValue(self.clocks, self.clocks + 1),
-            If(first_row,
-                NextValue(self.first_row_clocks, self.clocks)
+            If(self.matcher.first_row,
+                NextValue(self.first_row_clocks, self.clocks + 1)
             ),
             If(self.abort | aborted,
                 NextValue(next_code, ERROR_ABORTED),

@@ -18,4 +18,5 @@ class ColorlightI9(ColorlightSoC):
         max_block_size = 9,
         sys_clk_freq   = 65000000,
         density        = 0.7,
+        seed           = 2,
     )

@@ -88,7 +88,7 @@ class ECPIX5(BoardSoC):
     preset        = Preset(
         disparities    = 128,
         max_block_size = 15,
-        sys_clk_freq   = 75000000,
+        sys_clk_freq   = 70000000,
         matcher_hz     = 100000000,
         density        = 0.8,
     )

@@ -16,7 +16,7 @@ from pathlib import Path
 # word, a block RAM does not, and Yosys compensates with a comparator, registers and multiplexers around each.
 # `storage` is the memory of LiteX's FIFOs. Simulations of cores get garbage in place of such words.
 COLLISION_FREE = ("storage", "column_sums", "line_buffer", "prefilter_rows", "costs", "median_rows", "message_buffer",
-    "row_ring", "map_nodes", "map_parts")
+    "row_ring", "map_nodes")
 
 _DECLARATION = re.compile(rf"^reg \[\d+:0\] ((?:{'|'.join(COLLISION_FREE)})(?:_\d+)?)\[0:", re.MULTILINE)
 
