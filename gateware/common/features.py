@@ -29,8 +29,8 @@ class Feature:
     text : str
         What a device with the bit has, as the object of a sentence.
     kind : str
-        "stage": an optional stage of the matcher, in the register `features`; "device": the firmware adds the bit;
-        "reserved": the bit is set by no device yet.
+        "stage": an optional stage of the matcher, in the register `features`; "peripheral": cores around the matcher,
+        in that register if they are built; "device": the firmware adds the bit; "reserved": no device sets the bit yet.
     note : str
         What docs/protocol.md adds to the text.
     """
@@ -52,7 +52,7 @@ FEATURE_TABLE = (
     Feature( 8, "streaming",     "streamed frames",                         "device",
         "over UDP only: [how](#streamed-frames)"),
     Feature( 9, "update",        "a flash whose firmware can be replaced",  "device", "[how](#updates)"),
-    Feature(10, "rectification", "rectification of the pair",               "reserved"),
+    Feature(10, "rectification", "rectification of the pair",               "peripheral"),
     Feature(11, "cameras",       "cameras on the device",                   "reserved"),
     Feature(12, "semi_global",   "semi-global matching",                    "reserved"),
     Feature(13, "census",        "the census transform",                    "reserved"),
@@ -61,6 +61,9 @@ FEATURE_TABLE = (
 
 # Optional stages of the matcher by name, in the order of their bits.
 FEATURES = tuple(one.name for one in FEATURE_TABLE if one.kind == "stage")
+
+# What a peripheral has around its matcher.
+PERIPHERAL_FEATURES = tuple(one.name for one in FEATURE_TABLE if one.kind == "peripheral")
 
 # Capabilities -------------------------------------------------------------------------------------
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 from migen import bits_for
 
-from .features import FEATURE_TABLE, FEATURES
+from .features import FEATURE_TABLE, FEATURES, PERIPHERAL_FEATURES
 from .settings import MAX_HEIGHT, MAX_WIDTH, setting
 
 # Limits -------------------------------------------------------------------------------------------
@@ -63,13 +63,19 @@ class MatcherParameters:
     max_prefilter_cap : int
         Largest cap of the prefilter, from the default, 31, to 63. With 36 and blocks of 7, sums of a column have 9 bits
         instead of 10, and those of a block 12 instead of 13.
+    rectification_rows : int
+        Rows of the rings of the rectification: see `RectifierParameters`.
+    rectification_height : int
+        Highest frame in pixels that can be rectified. Costs block RAM for its nodes.
     """
-    max_width:         int = 640
-    max_height:        int = MAX_HEIGHT
-    disparities:       int = 64
-    max_block_size:    int = 9
-    features:          Iterable[str] = FEATURES
-    max_prefilter_cap: int = MAX_PREFILTER_CAP
+    max_width:            int = 640
+    max_height:           int = MAX_HEIGHT
+    disparities:          int = 64
+    max_block_size:       int = 9
+    features:             Iterable[str] = FEATURES
+    max_prefilter_cap:    int = MAX_PREFILTER_CAP
+    rectification_rows:   int = 64
+    rectification_height: int = 480
 
     def __post_init__(self):
         object.__setattr__(self, "features", frozenset(self.features))
@@ -86,8 +92,9 @@ class MatcherParameters:
         check(DEFAULT_PREFILTER_CAP <= self.max_prefilter_cap <= MAX_PREFILTER_CAP,
             f"max_prefilter_cap must be from {DEFAULT_PREFILTER_CAP} to {MAX_PREFILTER_CAP}, "
             f"not {self.max_prefilter_cap}.")
-        unknown = sorted(self.features - set(FEATURES))
-        check(not unknown, f"features must be some of {', '.join(FEATURES)}, not {', '.join(unknown)}.")
+        legal   = (*FEATURES, *PERIPHERAL_FEATURES)
+        unknown = sorted(self.features - set(legal))
+        check(not unknown, f"features must be some of {', '.join(legal)}, not {', '.join(unknown)}.")
         check(self.features & {"xsobel", "raw"}, "features must contain xsobel, raw or both.")
         check("xsobel" in self.features or "texture" not in self.features, "texture needs the feature xsobel.")
 

@@ -150,10 +150,14 @@ SETTINGS = (
 
 @dataclass(frozen=True)
 class FrameRegister:
-    """A register of a frame that is no setting of the matcher: where the images are, and their size."""
-    name: str
-    bits: int
-    text: str
+    """A register of a frame that is no setting of the matcher: where the images are, and their size.
+
+    With `feature` there is such a register only if that feature is built.
+    """
+    name:    str
+    bits:    int
+    text:    str
+    feature: str = ""
 
 FRAME_REGISTERS = (
     FrameRegister("left_base",      32, "Byte address of the left image, a multiple of ``dma_alignment``."),
@@ -162,17 +166,27 @@ FRAME_REGISTERS = (
     FrameRegister("width",          16, "Columns of the images, from ``min_disparity`` + ``disparities`` + "
                                         "``block_size`` - 1 to ``max_width``."),
     FrameRegister("height",         16, f"Rows of the images, from ``block_size`` to {MAX_HEIGHT}."),
+    FrameRegister("left_out_base",  32, "Byte address for the left image as the matcher gets it, a multiple of "
+                                        "``dma_alignment``.", "rectification"),
+    FrameRegister("right_out_base", 32, "Byte address for the right one, a multiple of ``dma_alignment``.",
+                                        "rectification"),
 )
 
 @dataclass(frozen=True)
 class FrameOption:
-    """A field of the register `options` that is no setting of the matcher."""
-    name: str
-    bit:  int
-    text: str
+    """A field of the register `options` that is no setting of the matcher; with `feature`, only if that is built."""
+    name:    str
+    bit:     int
+    text:    str
+    feature: str = ""
 
 FRAME_OPTIONS = (
     FrameOption("streamed", 3, "Pixels come from a stream, and ``left_base`` and ``right_base`` are not read."),
+    FrameOption("rectified", 4, "The pair is rectified by a grid, which must be loaded for ``width`` and ``height``.",
+        "rectification"),
+    FrameOption("grid", 5, "Grid by which it is rectified.", "rectification"),
+    FrameOption("left_out", 6, "Write the left image as the matcher gets it to ``left_out_base``.", "rectification"),
+    FrameOption("right_out", 7, "Write the right one to ``right_out_base``.", "rectification"),
 )
 
 def setting(name: str) -> Setting:

@@ -16,24 +16,39 @@ NO_CHECK = setting("disp12_max_diff").off_in_register # No left-right check.
 
 # Fields of the register `options`: name, bit, description.
 OPTIONS = sorted([(one.option, one.option_bit, one.register_text) for one in SETTINGS if one.option] + [
-    (one.name, one.bit, one.text) for one in FRAME_OPTIONS], key=lambda option: option[1])
+    (one.name, one.bit, one.text) for one in FRAME_OPTIONS if not one.feature], key=lambda option: option[1])
 
 # The other registers: name, bits, description.
-REGISTERS = [(one.name, one.bits, one.text) for one in FRAME_REGISTERS] + [
+REGISTERS = [(one.name, one.bits, one.text) for one in FRAME_REGISTERS if not one.feature] + [
     (one.name, one.bits, one.register_text) for one in SETTINGS if not one.option]
 
-def frame_settings():
+# The size for which the frame's grid was loaded: a setting that software does not write.
+GRID_SIZE = [("grid_width", 16), ("grid_height", 16)]
+
+def added_options(features):
+    """Return the fields of `options` that come with features: name, bit, description."""
+    return [(one.name, one.bit, one.text) for one in FRAME_OPTIONS if one.feature in features]
+
+def added_registers(features):
+    """Return the registers that come with features: name, bits, description."""
+    return [(one.name, one.bits, one.text) for one in FRAME_REGISTERS if one.feature in features]
+
+def frame_settings(features=()):
     """Return the settings of a frame, as the registers hold them: (name, bits)."""
-    return [(name, bits) for name, bits, _ in REGISTERS] + [(name, 1) for name, *_ in OPTIONS]
+    registers = REGISTERS + added_registers(features)
+    return [(name, bits) for name, bits, _ in registers] + [
+        (name, 1) for name, *_ in OPTIONS + added_options(features)] + (
+        GRID_SIZE if "rectification" in features else [])
 
 class FrameSettings(LiteXModule):
     """The settings of the frame under way, and whether they are legal.
 
-    Settings are legal if they are in their range, the image is large enough for them, the bases are aligned, and
-    every stage that they use is built. After a reset all are 0, which is not legal.
+    Settings are legal if they are in their range, the image is large enough for them, the bases are aligned, every
+    stage that they use is built, and the grid of a frame to rectify was loaded for its size. After a reset all are 0,
+    which is not legal.
     """
     def __init__(self, parameters, alignment):
-        for name, bits in frame_settings():
+        for name, bits in frame_settings(parameters.features):
             setattr(self, name, Signal(bits, name=name))
         self.left_right = Signal() # There is a left-right check.
         self.legal      = Signal() # Some clocks after the settings.
@@ -67,6 +82,8 @@ class FrameSettings(LiteXModule):
         self.comb += self.left_right.eq(self.disp12_max_diff != NO_CHECK)
         for one in SETTINGS:
             rules += self.rules_of_range(one) + self.rules_of_stages(one, parameters.features)
+        if "rectification" in parameters.features:
+            rules += self.rules_of_rectification(parameters.rectification_height, low_bits)
 
         kept = Signal(len(rules))
         self.sync += [bit.eq(rule) for bit, rule in zip(kept, rules)]
@@ -100,3 +117,11 @@ class FrameSettings(LiteXModule):
         if one.off_feature and one.off_feature not in features:
             rules.append(~self.is_off(one))
         return rules
+
+    def rules_of_rectification(self, max_height, low_bits):
+        """The rules that a frame to rectify has the size of its grid, and that the images that come out are aligned."""
+        return [~self.rectified | rule for rule in (
+            self.grid_width  == self.width,
+            self.grid_height == self.height,
+            self.height      <= max_height,
+        )] + [base[:low_bits] == 0 for base in (self.left_out_base, self.right_out_base)]

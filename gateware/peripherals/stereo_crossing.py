@@ -18,6 +18,8 @@ from ..common.pulse_crossing  import PulseCrossing
 from ..common.stream_register import add_register
 from ..matcher.frame_settings import frame_settings
 from ..memory.port_crossing   import PortCrossing
+from ..rectification.layouts  import node_layout
+from .rectification           import rectifier_parameters
 from .stereo_csr              import PeripheralCSR
 from .stereo_peripheral       import ERROR_NONE, StereoPeripheral
 
@@ -45,23 +47,26 @@ class StereoPeripheralCrossing(PeripheralCSR, LiteXModule):
         Of the matcher: see `StereoPeripheral`.
     clock_domain : str
         Of matcher and DMA: a quarter of the frequency of `sys` at least. A reset must reach both.
-    burst_bytes, with_csr
+    burst_bytes, with_csr, image_ports
         See `StereoPeripheral`.
     """
-    def __init__(self, read_port, write_port, parameters, clock_domain, burst_bytes=128, with_csr=True):
+    def __init__(self, read_port, write_port, parameters, clock_domain, burst_bytes=128, with_csr=True,
+        image_ports=()):
         self.clock_domain   = clock_domain
         self.reset          = CrossingReset("sys", clock_domain)
         self.read_crossing  = PortCrossing(read_port,  "read",  clock_domain, burst_bytes, self.reset)
         self.write_crossing = PortCrossing(write_port, "write", clock_domain, burst_bytes, self.reset)
+        image_crossings = [PortCrossing(port, "write", clock_domain, burst_bytes, self.reset) for port in image_ports]
+        self.submodules += image_crossings
         self.core = core = ClockDomainsRenamer(clock_domain)(StereoPeripheral(self.read_crossing, self.write_crossing,
-            parameters, burst_bytes, with_csr=False, map_waits=True))
+            parameters, burst_bytes, with_csr=False, map_waits=True, image_ports=image_crossings))
 
         self.parameters = parameters
         self.alignment  = core.alignment # Bytes.
 
         self.pairs = stream.Endpoint(pixel_pair_layout()) # Pairs of a streamed frame, the first and the last marked.
         self.map   = stream.Endpoint(disparity_layout())  # Its map; the receiver never stalls.
-        for name, bits in frame_settings():
+        for name, bits in frame_settings(parameters.features):
             setattr(self, name, Signal(bits, name=name))
         self.start            = Signal()   # Begin a frame (pulse). Ignored while busy.
         self.abort            = Signal()   # Give the frame up (pulse). Ignored while idle.
@@ -92,13 +97,15 @@ class StereoPeripheralCrossing(PeripheralCSR, LiteXModule):
         self.add_pairs(begin)
         self.add_map()
         self.add_end(done, failed)
+        if image_ports:
+            self.add_rectification(begin)
         if with_csr:
             self.add_csr()
             self.add_irq()
 
     def add_settings(self, begin):
         """Hold the settings from `begin` on: they are constant while the other side reads them."""
-        for name, bits in frame_settings():
+        for name, bits in frame_settings(self.parameters.features):
             held = Signal(bits, name=f"held_{name}")
             self.sync += If(begin, held.eq(getattr(self, name)))
             self.comb += getattr(self.core, name).eq(held)
@@ -237,6 +244,34 @@ class StereoPeripheralCrossing(PeripheralCSR, LiteXModule):
             ended = Signal()
             sync += If(event, ended.eq(1)).Elif(self.map_gone, ended.eq(0))
             self.comb += crossing.i.eq(ended & self.map_gone)
+
+    def add_rectification(self, begin):
+        """Let the nodes of the grids cross, but for those of the frame under way; take its flags over at its end."""
+        self.load     = stream.Endpoint(node_layout(rectifier_parameters(self.parameters))) # Nodes; always ready.
+        self.dropped  = Signal() # A node is dropped.
+        self.row_gone = Signal() # A pixel of the last frame needed a row that was gone from its ring.
+        self.folded   = Signal() # Its map folds over.
+        in_use        = Signal()
+        self.node_crossing = crossing = Crossing(self.load.description.payload_layout, "sys", self.clock_domain, 16,
+            self.reset)
+        add_register(self, crossing.source, self.core.load, self.clock_domain)
+        self.comb += [
+            in_use.eq(self.busy & self.core.rectified & (self.load.grid == self.core.grid)),
+            self.load.connect(crossing.sink, omit={"valid", "ready"}),
+            crossing.sink.valid.eq(self.load.valid & ~in_use),
+            self.load.ready.eq(1),
+            self.dropped.eq(self.load.valid & (in_use | ~crossing.sink.ready)),
+        ]
+        self.sync += [
+            If(self.done,
+                self.row_gone.eq(self.core.row_gone),
+                self.folded.eq(self.core.folded)
+            ),
+            If(begin,
+                self.row_gone.eq(0),
+                self.folded.eq(0)
+            ),
+        ]
 
     def add_pulse(self, cd_from, cd_to):
         """Return a crossing for pulses of which at most one is under way."""

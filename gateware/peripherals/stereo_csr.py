@@ -11,7 +11,9 @@ from litex.soc.integration.doc               import ModuleDoc
 
 from ..common                 import *
 from ..common.features        import FEATURE_TABLE
-from ..matcher.frame_settings import OPTIONS, REGISTERS
+from ..matcher.frame_settings import OPTIONS, REGISTERS, added_options, added_registers
+from .grid_port               import GridPort
+from .rectification           import rectifier_parameters
 
 VERSION = (0, 4) # Of the register interface: major, minor.
 
@@ -27,6 +29,10 @@ a pixel of an image, an int16 in sixteenths of a pixel one of the map, (``min_di
 is no disparity. Whole words are written: up to ``dma_alignment`` - 2 bytes after the map get undefined values.
 
 A CPU that caches has to invalidate its lines of the map before it reads them.
+
+To load a grid of the rectification, for each camera: write ``place`` with node 0; write ``node`` for all nodes
+in raster order; read ``rectification``: ``lost`` must be 0. Then write ``grid0_size`` or ``grid1_size``. A frame
+has one of the grids from its begin to its end.
 """
 
 # Peripheral CSR -----------------------------------------------------------------------------------
@@ -52,16 +58,23 @@ class PeripheralCSR:
         self.add_control_registers()
         self.add_measurements()
         self.add_capabilities()
+        if "rectification" in self.parameters.features:
+            self.add_rectification_registers()
 
     def add_setting_registers(self):
         """A register for each setting, and the register `options` for those of one bit."""
-        for name, bits, text in REGISTERS:
-            storage = CSRStorage(bits, name=name, description=text)
-            setattr(self, f"_{name}", storage)
-            self.comb += getattr(self, name).eq(storage.storage)
+        for register in REGISTERS:
+            self.add_setting_register(*register)
+        options = OPTIONS + added_options(self.parameters.features)
         self._options = CSRStorage(name="options", fields=[
-            CSRField(name, size=1, offset=bit, description=text) for name, bit, text in OPTIONS])
-        self.comb += [getattr(self, name).eq(getattr(self._options.fields, name)) for name, *_ in OPTIONS]
+            CSRField(name, size=1, offset=bit, description=text) for name, bit, text in options])
+        self.comb += [getattr(self, name).eq(getattr(self._options.fields, name)) for name, *_ in options]
+
+    def add_setting_register(self, name, bits, text):
+        """A register whose value is the setting of its name."""
+        storage = CSRStorage(bits, name=name, description=text)
+        setattr(self, f"_{name}", storage)
+        self.comb += getattr(self, name).eq(storage.storage)
 
     def add_control_registers(self):
         """Begin of a frame, and how it ended."""
@@ -111,5 +124,60 @@ class PeripheralCSR:
         self._features = CSRStatus(name="features", fields=[
             CSRField(one.name, size=1, offset=one.bit, reset=int(one.name in built.features),
                 description=f"{one.text[0].upper()}{one.text[1:]}.")
-            for one in FEATURE_TABLE if one.kind == "stage"])
+            for one in FEATURE_TABLE if one.kind == "stage" or one.name in built.features])
         capability("dma_alignment",    8, self.alignment,              "Alignment of the bases, bytes.")
+
+    def add_rectification_registers(self):
+        """Load grids, place the images that come out, and tell how the rectification went."""
+        for register in added_registers(self.parameters.features):
+            self.add_setting_register(*register)
+        built       = rectifier_parameters(self.parameters)
+        self._place = CSRStorage(name="place", fields=[
+            CSRField("node",   size=16, offset=0,  description="Number of the node, in raster order."),
+            CSRField("grid",   size=1,  offset=16, description="Grid that it belongs to."),
+            CSRField("camera", size=1,  offset=17, description="0: of the left image, 1: of the right one."),
+        ])
+        self._node = CSRStorage(32, name="node", description="Displacement of a node in 128ths of a pixel, two's "
+            "complement: columns in bits 0 to 15, rows in bits 16 to 31. A write loads it to the ``place``, then the "
+            "next one follows, and the size of the grid becomes 0.")
+        self._grid0_size = self.make_grid_size(0)
+        self._grid1_size = self.make_grid_size(1)
+        self._rectification = CSRStatus(name="rectification", fields=[
+            CSRField("row_gone", size=1, offset=0,
+                description="The last frame's map needs more rows at once than ``rows``: pixels of it are black."),
+            CSRField("folded",   size=1, offset=1, description="The last frame's map folds over."),
+            CSRField("lost",     size=1, offset=2, description="Since the last write of ``place`` a node was not "
+                "loaded: a frame was under way with its grid, or there is no such node."),
+        ])
+        self._rows = CSRStatus(32, reset=built.rows | built.max_height << 16, name="rows",
+            description="Rows of each camera that are kept in bits 0 to 15, rows of the highest frame that can be "
+            "rectified in bits 16 to 31.")
+        self.add_grid_port(built)
+
+    def make_grid_size(self, number):
+        """Return the register with the size that a grid was loaded for."""
+        return CSRStorage(32, name=f"grid{number}_size", write_from_dev=True, description="Size of the frames that "
+            f"grid {number} is for: columns in bits 0 to 15, rows in bits 16 to 31. 0: none. Write it when all nodes "
+            "are loaded.")
+
+    def add_grid_port(self, built):
+        """Connect the registers of the grids."""
+        self.grid_port = port = GridPort(built)
+        place          = self._place.fields
+        sizes          = [self._grid0_size, self._grid1_size]
+        self.comb += [
+            port.camera.eq(place.camera),
+            port.grid.eq(place.grid),
+            port.node.eq(place.node),
+            port.move.eq(self._place.re),
+            port.value.eq(self._node.storage),
+            port.write.eq(self._node.re),
+            port.dropped.eq(self.dropped),
+            port.source.connect(self.load),
+            Cat(self.grid_width, self.grid_height).eq(Mux(self.grid, sizes[1].storage, sizes[0].storage)),
+            self._rectification.fields.row_gone.eq(self.row_gone),
+            self._rectification.fields.folded.eq(self.folded),
+            self._rectification.fields.lost.eq(port.lost),
+        ]
+        for number, size in enumerate(sizes):
+            self.comb += size.we.eq(port.damaged[number])

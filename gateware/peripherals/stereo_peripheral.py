@@ -3,6 +3,9 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
+from functools import reduce
+from operator  import and_, or_
+
 from migen import *
 
 from litex.gen import *
@@ -16,6 +19,8 @@ from ..matcher.matcher        import Matcher, matcher_settings
 from ..memory.pair_reader     import PairReader
 from ..memory.ports           import word_bytes
 from ..memory.stream_writer   import StreamWriter
+from ..rectification.layouts  import node_layout
+from .rectification           import Rectification, rectifier_parameters
 from .stereo_csr              import PeripheralCSR
 
 ERROR_NONE, ERROR_CONFIG, ERROR_BUS, ERROR_ABORTED = range(4)
@@ -32,7 +37,8 @@ NEAR_DISPARITIES = 64
 class StereoPeripheral(PeripheralCSR, LiteXModule):
     """Matcher between memory and memory: registers, DMA and interrupts around `Matcher`.
 
-    A streamed frame's pixels come from `pairs` instead, and its map goes to `map` as well as to memory.
+    A streamed frame's pixels come from `pairs` instead, and its map goes to `map` as well as to memory. With the
+    feature "rectification" all pairs pass through `Rectification` on their way to the matcher.
 
     Its settings are Signals named as in `frame_settings`. It is reset with its clock domain; bus accesses under way end
     with `abort` instead.
@@ -49,17 +55,23 @@ class StereoPeripheral(PeripheralCSR, LiteXModule):
         Whether registers and interrupts are added.
     map_waits : bool
         Whether the map waits for the receiver of `map`; otherwise that may not stall.
+    image_ports : sequence of wishbone.Interface or LiteDRAMNativePort
+        Ports through which left and right image are written, with the feature "rectification" only.
 
     Raises
     ------
     ValueError
-        The parameters have another max_height.
+        The parameters have another max_height, there are other image ports, or the rectification cannot be built.
     """
-    def __init__(self, read_port, write_port, parameters, burst_bytes=128, with_csr=True, map_waits=False):
+    def __init__(self, read_port, write_port, parameters, burst_bytes=128, with_csr=True, map_waits=False,
+        image_ports=()):
         check(parameters.max_height == MAX_HEIGHT,
             f"max_height of the peripheral must be {MAX_HEIGHT}, not {parameters.max_height}: no register tells it.")
+        check(len(image_ports) == (2 if "rectification" in parameters.features else 0),
+            "with the feature rectification there must be two image ports, and without it none, "
+            f"not {len(image_ports)}.")
         self.parameters = parameters
-        self.alignment  = max(word_bytes(read_port), word_bytes(write_port)) # Bytes.
+        self.alignment  = max(map(word_bytes, (read_port, write_port, *image_ports))) # Bytes.
 
         self.matcher = Matcher(parameters)
         self.reader  = PairReader(read_port, burst_bytes)
@@ -70,7 +82,7 @@ class StereoPeripheral(PeripheralCSR, LiteXModule):
         self.map   = stream.Endpoint(disparity_layout())  # Its map, as it goes to memory.
 
         # Settings, taken over at start.
-        for name, bits in frame_settings():
+        for name, bits in frame_settings(parameters.features):
             setattr(self, name, Signal(bits, name=name))
         # Control.
         self.start = Signal() # Begin a frame (pulse). Ignored while busy.
@@ -88,19 +100,52 @@ class StereoPeripheral(PeripheralCSR, LiteXModule):
 
         begin = Signal() # A frame is accepted: its settings are taken over.
         legal = Signal() # They are legal; some clocks later.
+        self.rectification = None
+        if image_ports:
+            self.add_rectification(image_ports, burst_bytes, begin)
         self.add_settings(begin, legal)
         self.add_frame(begin, legal)
-        resetting = self.add_reset()
+        resetting = self.add_reset(begin)
         self.add_stream(self.pairs_from_memory(resetting), map_waits)
         if with_csr:
             self.add_csr()
             self.add_irq()
 
+    def add_rectification(self, ports, burst_bytes, begin):
+        """Build the rectification, its settings, and the loading of its grids."""
+        frame         = self.frame
+        in_use        = Signal() # A node for the grid of the frame under way is dropped: the frame has one grid.
+        self.load     = stream.Endpoint(node_layout(rectifier_parameters(self.parameters))) # Nodes; always ready.
+        self.dropped  = Signal() # A node is dropped.
+        self.row_gone = Signal() # A pixel of the last frame needed a row that was gone from its ring.
+        self.folded   = Signal() # Its map folds over.
+        self.rectification = rectification = Rectification(self.parameters, ports, burst_bytes)
+        self.comb += [
+            [getattr(rectification, name).eq(getattr(frame, name)) for name in ("width", "height", "rectified", "grid",
+                "left_out", "right_out", "left_out_base", "right_out_base")],
+            in_use.eq(self.busy & frame.rectified & (self.load.grid == frame.grid)),
+            self.load.connect(rectification.load, omit={"valid", "ready"}),
+            rectification.load.valid.eq(self.load.valid & ~in_use),
+            self.load.ready.eq(1),
+            self.dropped.eq(self.load.valid & in_use),
+        ]
+        self.sync += [
+            If(self.done,
+                self.row_gone.eq(rectification.row_gone),
+                self.folded.eq(rectification.folded)
+            ),
+            If(begin,
+                self.row_gone.eq(0),
+                self.folded.eq(0)
+            ),
+        ]
+
     def add_settings(self, begin, legal):
         """Take the settings over at `begin`, check them, and hand them to the cores."""
         frame  = self.frame
         pixels = Signal(32)
-        self.sync += If(begin, [getattr(frame, name).eq(getattr(self, name)) for name, _ in frame_settings()])
+        self.sync += If(begin, [getattr(frame, name).eq(getattr(self, name))
+            for name, _ in frame_settings(self.parameters.features)])
         self.sync += [
             legal.eq(frame.legal),
             pixels.eq(frame.width*frame.height),
@@ -117,6 +162,8 @@ class StereoPeripheral(PeripheralCSR, LiteXModule):
     def add_frame(self, begin, legal):
         """Follow a frame from start to its end, good or bad."""
         reader, writer = self.reader, self.writer
+        # All that accesses memory, and what is between them and the matcher.
+        paths     = [reader, writer] + ([self.rectification] if self.rectification else [])
         settle    = WaitTimer(SETTLE_CLOCKS)
         next_code = Signal(4)
         aborted   = Signal() # Remembered until the frame has begun, and can be given up.
@@ -146,7 +193,7 @@ class StereoPeripheral(PeripheralCSR, LiteXModule):
             If(settle.done,
                 If(legal,
                     reader.start.eq(~self.frame.streamed),
-                    writer.start.eq(1),
+                    [path.start.eq(1) for path in paths[1:]],
                     NextState("BEGIN")
                 ).Else(
                     NextValue(next_code, ERROR_CONFIG),
@@ -166,31 +213,35 @@ class StereoPeripheral(PeripheralCSR, LiteXModule):
             If(self.abort | aborted,
                 NextValue(next_code, ERROR_ABORTED),
                 NextState("STOP")
-            ).Elif(reader.error | writer.error,
+            ).Elif(reduce(or_, [path.error for path in paths]),
                 NextValue(next_code, ERROR_BUS),
                 NextState("STOP")
-            ).Elif(reader.idle & writer.idle,
+            ).Elif(reduce(and_, [path.idle for path in paths]),
                 self.done.eq(1),
                 NextValue(self.frames, self.frames + 1),
                 NextState("IDLE")
             )
         )
         fsm.act("STOP",
-            reader.stop.eq(1),
-            writer.stop.eq(1),
-            If(reader.idle & writer.idle,
+            [path.stop.eq(1) for path in paths],
+            If(reduce(and_, [path.idle for path in paths]),
                 self.failed.eq(1),
                 NextValue(self.error_code, next_code),
                 NextState("IDLE")
             )
         )
 
-    def add_reset(self):
+    def add_reset(self, begin):
         """Reset the matcher after a frame that was given up; return the Signal that does so."""
         # A register: this reaches half of the FPGA.
         resetting = Signal()
         self.sync += resetting.eq(self.fsm.ongoing("STOP"))
         self.comb += self.matcher.reset.eq(resetting)
+        if self.rectification:
+            # At the begin too: of a frame that passed unchanged it may be anywhere.
+            beginning = Signal()
+            self.sync += beginning.eq(begin)
+            self.comb += self.rectification.reset.eq(resetting | beginning)
         return resetting
 
     def pairs_from_memory(self, resetting):
@@ -214,13 +265,23 @@ class StereoPeripheral(PeripheralCSR, LiteXModule):
         streamed = self.frame.streamed
         sink     = self.writer.sink
         passes   = ~streamed | self.map.ready if map_waits else 1 # The receiver of the map does not stall.
-        begun    = Signal() # The matcher has begun: when it is idle again, pairs on offer are of the next frame.
-        self.sync += begun.eq(self.busy & (begun | matcher.busy))
+        if self.rectification:
+            # The matcher may have its last pair before the last raw one has come.
+            entry    = self.rectification.sink
+            complete = Signal()
+            missing  = ~complete
+            self.sync += complete.eq(self.busy & (complete | (entry.valid & entry.ready & entry.last)))
+            self.comb += self.rectification.source.connect(matcher.sink)
+        else:
+            entry   = matcher.sink
+            begun   = Signal() # The matcher has begun: when it is idle again, pairs on offer are of the next frame.
+            missing = matcher.busy | ~begun
+            self.sync += begun.eq(self.busy & (begun | matcher.busy))
         self.comb += [
             If(~streamed,
-                read.connect(matcher.sink)
-            ).Elif(self.fsm.ongoing("FRAME") & (matcher.busy | ~begun),
-                self.pairs.connect(matcher.sink)
+                read.connect(entry)
+            ).Elif(self.fsm.ongoing("FRAME") & missing,
+                self.pairs.connect(entry)
             ),
             matcher.source.connect(sink, omit={"disparity", "valid", "ready"}),
             sink.data.eq(matcher.source.disparity),

@@ -9,6 +9,7 @@ from litex.soc.interconnect import wishbone
 
 from ...gateware.peripherals.stereo_crossing   import StereoPeripheralCrossing
 from ...gateware.peripherals.stereo_peripheral import StereoPeripheral
+from ...gateware.rectification.layouts         import CAMERAS
 from .dma_checks                               import DMAChecks
 
 # Bus Ports ----------------------------------------------------------------------------------------
@@ -19,8 +20,9 @@ class BusPorts:
     They work everywhere, but share the bus with the CPU: expect several clocks per pixel.
     """
     def __init__(self, soc, name):
-        self.soc  = soc
-        self.name = name
+        self.soc   = soc
+        self.name  = name
+        self.modes = [] # Of the ports so far.
 
     def get_port(self, mode="both"):
         bus  = getattr(self.soc, "dma_bus", self.soc.bus)
@@ -30,7 +32,9 @@ class BusPorts:
             addressing = "word",
             mode       = {"read": "r", "write": "w", "both": "rw"}[mode],
         )
-        bus.add_master(name=f"{self.name}_{mode}", master=port)
+        self.modes.append(mode)
+        number = self.modes.count(mode)
+        bus.add_master(name=f"{self.name}_{mode}" + (f"_{number}" if number > 1 else ""), master=port)
         return port
 
 # Stereo Mixin -------------------------------------------------------------------------------------
@@ -44,7 +48,8 @@ class StereoMixin(DMAChecks):
         Parameters
         ----------
         parameters : MatcherParameters
-            What is built: widest frame, largest number of disparities, largest block size, optional stages.
+            What is built: widest frame, largest number of disparities, largest block size, optional stages, and the
+            rectification, which has a port more for each image that comes out.
         name : str
             Prefix of the peripheral's registers, and name of its interrupt; a C identifier.
         memory : object with `get_port(mode=...)`, optional
@@ -66,13 +71,17 @@ class StereoMixin(DMAChecks):
             memory = BusPorts(self, name)
         read_port  = memory.get_port(mode="read")
         write_port = memory.get_port(mode="write")
-        self.check_dma_ports(name, read_port, write_port)
+        images     = ()
+        if "rectification" in parameters.features:
+            images = tuple(memory.get_port(mode="write") for _ in CAMERAS)
+        self.check_dma_ports(name, read_port, write_port, *images)
         crossed = clock_domain != "sys"
         stereo  = (StereoPeripheralCrossing if crossed else StereoPeripheral)(
             read_port   = read_port,
             write_port  = write_port,
             parameters  = parameters,
             burst_bytes = burst_bytes,
+            image_ports = images,
             **({"clock_domain": clock_domain} if crossed else {}),
         )
         self.add_module(name=name, module=stereo)

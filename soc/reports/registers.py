@@ -20,6 +20,7 @@ from litex.soc.interconnect.csr              import CSRField, CSRStatus, CSRStor
 from litex.soc.interconnect.csr_eventmanager import EventManager
 from litex.soc.integration.doc               import ModuleDoc
 
+from ...gateware.common.features               import FEATURES, PERIPHERAL_FEATURES
 from ...gateware.common.parameters             import MatcherParameters
 from ...gateware.peripherals.frame_link        import FrameLink
 from ...gateware.peripherals.stereo_peripheral import StereoPeripheral
@@ -44,8 +45,9 @@ EVENT_REGISTERS = {
 # Peripheral ---------------------------------------------------------------------------------------
 
 def default_peripheral() -> StereoPeripheral:
-    """Return the peripheral with its default parameters, on Wishbone ports of 128 bits."""
-    return StereoPeripheral(*wishbone_ports(), MatcherParameters())
+    """Return the peripheral with its default parameters and all features, on Wishbone ports of 128 bits."""
+    return StereoPeripheral(*wishbone_ports(), MatcherParameters(features=(*FEATURES, *PERIPHERAL_FEATURES)),
+        image_ports=(wishbone_ports()[1], wishbone_ports()[1]))
 
 def default_frame_link() -> FrameLink:
     """Return the frame link with its default parameters, on the same ports."""

@@ -30,7 +30,7 @@ from .settings import SettingDraws
 
 MAX_WIDTH, DISPARITIES, MAX_BLOCK = 48, 16, 9
 MEMORY_BYTES = 1 << 15
-SETTINGS     = [name for name, _ in frame_settings()]
+ROWS, MAX_RECTIFIED = 24, 40  # Of a rectification: rows of its rings, rows of the highest frame.
 BASES        = ("left_base", "right_base", "disparity_base")
 
 
@@ -77,7 +77,7 @@ FAR = {"native-32 far": PORTS["native-32"]}
 def built(features, cap=MAX_PREFILTER_CAP):
     """Return the parameters of a peripheral with these stages."""
     return MatcherParameters(MAX_WIDTH, disparities=DISPARITIES, max_block_size=MAX_BLOCK, max_prefilter_cap=cap,
-                             features=features)
+                             features=features, rectification_rows=ROWS, rectification_height=MAX_RECTIFIED)
 
 
 class Crossed(LiteXModule):
@@ -92,16 +92,25 @@ class Crossed(LiteXModule):
 class Bench:
     """The peripheral with memory at its ports, and a frame as software sees it."""
     def __init__(self, kind, rng, features=FEATURES, cap=MAX_PREFILTER_CAP):
-        ports    = dict(zip(("read", "write"), (PORTS | CROSSED | FAR)[kind](), strict=True))
+        make     = (PORTS | CROSSED | FAR)[kind]
+        ports    = dict(zip(("read", "write"), make(), strict=True))
+        images   = {name: make()[1] for name in ("left_out", "right_out") if "rectification" in features}
         self.crossed = kind in CROSSED
         self.errs    = kind.startswith("wishbone") # The bus can answer with an error.
         with patch.object(stereo_peripheral, "NEAR_DISPARITIES", 0 if kind in FAR else DISPARITIES):
             top = (Crossed if self.crossed else StereoPeripheral)(
-                ports["read"], ports["write"], built(features, cap), burst_bytes=64, with_csr=False)
+                ports["read"], ports["write"], built(features, cap), burst_bytes=64, with_csr=False,
+                image_ports=tuple(images.values()))
+        ports   |= {f"{name}_memory": port for name, port in images.items()}
         self.dut = dut = top.peripheral if self.crossed else top
-        inputs   = {name: getattr(dut, name) for name in (*SETTINGS, "start", "abort")}
-        outputs  = {name: getattr(dut, name)
-                    for name in ("busy", "done", "failed", "error_code", "clocks", "first_row_clocks", "frames")}
+        settings = [name for name, _ in frame_settings(features)]
+        inputs   = {name: getattr(dut, name) for name in (*settings, "start", "abort")}
+        status   = ["busy", "done", "failed", "error_code", "clocks", "first_row_clocks", "frames"]
+        if images:
+            status += ["dropped", "row_gone", "folded"]
+            inputs |= {f"load_{name}": getattr(dut.load, name)
+                       for name in ("valid", "camera", "grid", "node", "column", "row")}
+        outputs  = {name: getattr(dut, name) for name in status}
         if self.crossed:
             inputs  |= {name: getattr(top, name) for name in ("matcher_clk", "matcher_rst")}
         inputs  |= {f"pairs_{name}": getattr(dut.pairs, name) for name in ("valid", "first", "last", "left", "right")}

@@ -19,6 +19,8 @@ from .mutant import Faults
 
 PROOF      = "formal/test_formal.py::test_a_core_as_it_is_passes"
 PERIPHERAL = "gateware/peripherals/test_stereo_peripheral.py"
+RECTIFIED  = "gateware/peripherals/test_rectification.py"
+GRIDS      = "gateware/peripherals/test_grid_registers.py"
 LINK       = "gateware/peripherals/test_frame_link.py"
 REGISTERS  = "gateware/peripherals/test_registers.py"
 STREAMING  = "gateware/link/test_streaming.py"
@@ -111,7 +113,7 @@ CROSSINGS = {
     "common/stream_register.py":      (f"{PROOF}[add_register]", LINK),
     "memory/port_crossing.py":        ("gateware/memory/test_port_crossing.py", PERIPHERAL, "-k",
                                        "test_port_crossing or crossed or faster"),
-    "peripherals/stereo_crossing.py": (PERIPHERAL, "-k", "crossed or faster"),
+    "peripherals/stereo_crossing.py": (PERIPHERAL, RECTIFIED, "-k", "crossed or faster"),
 }
 
 RECTIFICATION = {
@@ -127,8 +129,10 @@ PERIPHERALS = {
     "frame_link.py":        (LINK, STREAMING, NETWORK),
     # The others have no registers.
     "frame_link_csr.py":    (REGISTERS,),
-    "stereo_csr.py":        (REGISTERS, f"{PROOF}[StereoPeripheral]"),
-    "stereo_peripheral.py": (f"{PROOF}[StereoPeripheral]", PERIPHERAL),
+    "grid_port.py":         (GRIDS,),
+    "rectification.py":     (RECTIFIED,),
+    "stereo_csr.py":        (REGISTERS, GRIDS, f"{PROOF}[StereoPeripheral]"),
+    "stereo_peripheral.py": (f"{PROOF}[StereoPeripheral]", PERIPHERAL, RECTIFIED),
 }
 
 

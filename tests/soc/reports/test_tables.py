@@ -57,7 +57,7 @@ def test_numbers_have_no_gaps():
     assert [one.number for one in CAPABILITY_TABLE] == list(range(1, len(CAPABILITY_TABLE) + 1))
     for table in (SETTINGS, FEATURE_TABLE, CAPABILITY_TABLE):
         assert len({one.name for one in table}) == len(table)
-    assert {one.kind for one in FEATURE_TABLE} == {"stage", "device", "reserved"}
+    assert {one.kind for one in FEATURE_TABLE} == {"stage", "peripheral", "device", "reserved"}
 
 
 @pytest.mark.parametrize("one", SETTINGS, ids=lambda one: one.name)
