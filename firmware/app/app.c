@@ -67,20 +67,60 @@ static void start_udp(app_t *app)
     }
 }
 
+/* Reserves memory; null if there is not more than that. */
+static uint8_t *reserve(uint8_t **memory, size_t *size, size_t bytes)
+{
+    uint8_t *reserved = *memory;
+
+    if (*size <= bytes) {
+        return NULL;
+    }
+    *memory += bytes;
+    *size   -= bytes;
+    return reserved;
+}
+
 /* Prepares records and trial, if there is a flash, and reserves memory for an update's image. */
 static void prepare_update(app_t *app, uint8_t **memory, size_t *size)
 {
-    bool   has_records = flash_init(&app->flash, clock_hz()) == STATUS_OK
-                      && records_init(&app->records, &app->flash) == STATUS_OK;
-    size_t bytes       = app->flash.image_bytes;
+    bool     has_records = flash_init(&app->flash, clock_hz()) == STATUS_OK
+                        && records_init(&app->records, &app->flash) == STATUS_OK;
+    uint8_t *image       = NULL;
 
     trial_init(&app->trial, has_records ? &app->records : NULL, &app->reset, clock_hz());
-    if (!has_records || app->flash.images < 2 || *size <= bytes) {
+    if (has_records && app->flash.images >= 2) {
+        image = reserve(memory, size, app->flash.image_bytes);
+    }
+    if (image != NULL) {
+        update_init(&app->update, &app->flash, &app->trial, image);
+    }
+}
+
+/* Says why the calibration in flash is not used. */
+static void report_calibration(app_t *app, status_t status)
+{
+    if (status == STATUS_ROWS) {
+        console_printf(&app->console, "\nThe calibration needs %u rows of the images, the gateware keeps %u: not used.\n",
+            app->rectification.rows_needed, app->rectification.rows);
+    } else if (status != STATUS_OK && status != STATUS_NO_RECORD) {
+        console_printf(&app->console, "\nThe calibration in flash is not used: %s.\n", status_name(status));
+    }
+}
+
+/* Prepares the rectification, if there is one, reserves memory for calibrations, and uses the one in flash. */
+static void prepare_rectification(app_t *app, uint8_t **memory, size_t *size)
+{
+    uint8_t *reserved = NULL;
+
+    if (rectification_init(&app->rectification, &app->stereo) == STATUS_OK) {
+        reserved = reserve(memory, size, CALIBRATE_MEMORY_BYTES);
+    }
+    if (reserved == NULL) {
         return;
     }
-    update_init(&app->update, &app->flash, &app->trial, *memory);
-    *memory += bytes;
-    *size   -= bytes;
+    calibrate_init(&app->calibrate, &app->rectification, app->records.flash != NULL ? &app->records : NULL, reserved);
+    app->matcher.rectification = &app->rectification;
+    report_calibration(app, calibrate_recall(&app->calibrate));
 }
 
 /* Reserves memory for the screen's pictures, if there is a screen and enough memory remains for frames. */
@@ -129,6 +169,7 @@ status_t app_init(app_t *app)
         return status;
     }
     prepare_update(app, &memory, &size);
+    prepare_rectification(app, &memory, &size);
     prepare_screen(app, &memory, &size);
     status = frame_pool_init(&app->pool, memory, size, FRAME_POOL_SLOTS);
     if (status != STATUS_OK) {
@@ -138,7 +179,8 @@ status_t app_init(app_t *app)
     map_view_init(&app->view, &app->screen, &app->pool);
     describe(app);
     session_init(&app->session, &app->info, &app->pool, &app->counters, stop_match, &app->matcher);
-    app->session.update = app->update.flash != NULL ? &app->update : NULL;
+    app->session.update    = app->update.flash != NULL ? &app->update : NULL;
+    app->session.calibrate = app->calibrate.rectification != NULL ? &app->calibrate : NULL;
     serial_link_init(&app->link, &app->session, &app->counters, clock_hz());
     app->link.write           = write_line;
     app->link.write_context   = &app->serial;
@@ -195,6 +237,9 @@ void app_poll(app_t *app)
     trial_poll(&app->trial, clock);
     if (app->session.update != NULL) {
         update_poll(&app->update, clock);
+    }
+    if (app->session.calibrate != NULL && !(app->session.update != NULL && update_is_running(&app->update))) {
+        calibrate_poll(&app->calibrate, clock);
     }
     recover(app);
     if (session_wants_restart(&app->session, clock)) {

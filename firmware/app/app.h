@@ -11,9 +11,11 @@
 #include "drivers/frame_link.h"
 #include "link/serial_link.h"
 #include "link/udp/udp_link.h"
+#include "link/update/calibrate.h"
 #include "link/update/update.h"
 #include "litestereo/flash.h"
 #include "litestereo/records.h"
+#include "litestereo/rectification.h"
 #include "litestereo/reset.h"
 #include "litestereo/serial.h"
 #include "litestereo/trial.h"
@@ -30,6 +32,8 @@ typedef struct {
     records_t     records;   /**< Records in flash. */
     trial_t       trial;     /**< Trial of the newest firmware. */
     update_t      update;    /**< Update of the firmware. */
+    rectification_t rectification;  /**< The rectification before the accelerator. */
+    calibrate_t   calibrate; /**< Its calibration. */
     frame_pool_t  pool;      /**< Frames. */
     counters_t    counters;  /**< All counters. */
     matcher_t     matcher;   /**< Passes frames from the pool to the accelerator. */

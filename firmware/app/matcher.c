@@ -17,12 +17,39 @@ _Static_assert(PROTOCOL_CHUNK_SIZE % STEREO_MAX_ALIGNMENT == 0, "images must sui
 stereo_job_t matcher_job(const frame_t *frame)
 {
     return (stereo_job_t){
-        .left     = frame_left(frame),
-        .right    = frame_right(frame),
-        .map      = frame_map(frame),
-        .settings = frame->settings,
-        .streamed = frame->streamed,
+        .left      = frame_left(frame),
+        .right     = frame_right(frame),
+        .map       = frame_map(frame),
+        .settings  = frame->settings,
+        .streamed  = frame->streamed,
+        .rectified = (frame->options & OPTION_RECTIFIED) != 0,
+        .left_out  = frame_left_out(frame),
+        .right_out = frame_right_out(frame),
     };
+}
+
+/* Gives the job the grid in use, and remembers which one that is. STATUS_BAD_ARGUMENT if it is for another size, or if
+ * there is none. */
+static status_t choose_grid(matcher_t *matcher, const frame_t *frame, stereo_job_t *job)
+{
+    const rectification_t *rectification = matcher->rectification;
+
+    matcher->grid_crc = 0;
+    if (!job->rectified) {
+        return STATUS_OK;
+    }
+    if (rectification == NULL || !rectification_fits(rectification, frame->settings.width, frame->settings.height)) {
+        return STATUS_BAD_ARGUMENT;
+    }
+    job->grid         = rectification->grid;
+    matcher->grid_crc = rectification->calibration.grid_crc;
+    return STATUS_OK;
+}
+
+static uint16_t flags_of(const frame_t *frame, const stereo_result_t *ended)
+{
+    return (uint16_t)(((frame->options & OPTION_RECTIFIED) != 0 ? FLAG_RECTIFIED : 0)
+        | (ended->row_gone ? FLAG_ROW_GONE : 0) | (ended->folded ? FLAG_FOLDED : 0));
 }
 
 static void finish(matcher_t *matcher, frame_t *frame, const frame_result_t *result)
@@ -66,6 +93,8 @@ static void poll_running(matcher_t *matcher, frame_t *frame, uint64_t clock)
     case STATUS_OK:
         result.clocks           = ended.clocks;
         result.first_row_clocks = ended.first_row_clocks;
+        result.flags            = flags_of(frame, &ended);
+        result.grid_crc         = matcher->grid_crc;
         break;
     case STATUS_TIMEOUT:
         result.error  = ERROR_TIMEOUT;
@@ -111,6 +140,9 @@ static status_t begin(matcher_t *matcher, frame_t *frame, uint64_t clock)
         return STATUS_OK;
     }
     ENSURE(frame_pool_begin(matcher->pool, frame) == STATUS_OK);
+    if (status == STATUS_OK) {
+        status = choose_grid(matcher, frame, &job);
+    }
     if (status == STATUS_OK) {
         status = stereo_submit(matcher->stereo, &job, clock);
     }

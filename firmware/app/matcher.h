@@ -14,6 +14,7 @@
 #include "link/counters.h"
 #include "link/frame_pool.h"
 #include "link/frame_stream.h"
+#include "litestereo/rectification.h"
 #include "litestereo/stereo.h"
 
 /** State of the matcher. */
@@ -22,7 +23,9 @@ typedef struct {
     frame_pool_t *pool;      /**< Holds the queued frames. */
     counters_t   *counters;  /**< Counters of the device. */
     const frame_stream_t *stream;  /**< Path of streamed frames; null if there is none. */
+    const rectification_t *rectification;  /**< Rectifies frames; null if there is none. */
     uint32_t      wanted;    /**< Of the streamed frame that is MATCHING: offset of the next pairs at the last poll. */
+    uint32_t      grid_crc;  /**< Of the grid of the frame that is MATCHING; 0 if it is not rectified. */
     bool          held;      /**< A streamed frame waits until the map of the previous one has been sent. */
     uint64_t      held_at;   /**< Clock when that wait began. */
 } matcher_t;

@@ -111,6 +111,30 @@ WRITES(frame_link_stream_control)
 
 #endif
 
+/* A matcher may be built without rectification. */
+#ifndef CSR_STEREO_PLACE_ADDR
+
+READS(stereo_rows)
+READS(stereo_rectification)
+WRITES(stereo_left_out_base)
+WRITES(stereo_right_out_base)
+WRITES(stereo_place)
+WRITES(stereo_node)
+WRITES(stereo_grid0_size)
+WRITES(stereo_grid1_size)
+
+#define CSR_STEREO_OPTIONS_RECTIFIED_OFFSET 0
+#define CSR_STEREO_OPTIONS_GRID_OFFSET 0
+#define CSR_STEREO_OPTIONS_LEFT_OUT_OFFSET 0
+#define CSR_STEREO_OPTIONS_RIGHT_OUT_OFFSET 0
+#define CSR_STEREO_PLACE_GRID_OFFSET 0
+#define CSR_STEREO_PLACE_CAMERA_OFFSET 0
+#define CSR_STEREO_RECTIFICATION_ROW_GONE_OFFSET 0
+#define CSR_STEREO_RECTIFICATION_FOLDED_OFFSET 0
+#define CSR_STEREO_RECTIFICATION_LOST_OFFSET 0
+
+#endif
+
 /* The boards' SoCs have constants that say where in the flash the images are. */
 #ifndef FLASH_IMAGES
 

@@ -23,6 +23,11 @@
 #define OPTION_STREAMED REGISTER_BIT(STEREO_OPTIONS_STREAMED)
 #define NO_CHECK        255u  /* As disp12_max_diff. */
 
+#define OPTION_RECTIFIED REGISTER_BIT(STEREO_OPTIONS_RECTIFIED)
+#define OPTION_GRID      REGISTER_BIT(STEREO_OPTIONS_GRID)
+#define OPTION_LEFT_OUT  REGISTER_BIT(STEREO_OPTIONS_LEFT_OUT)
+#define OPTION_RIGHT_OUT REGISTER_BIT(STEREO_OPTIONS_RIGHT_OUT)
+
 /* The matcher needs a clock per pixel if memory keeps up. Sixteen clocks allow for a slow and busy memory, the constant
  * part for the overhead of a frame. */
 #define BUDGET_PER_PIXEL 16u
@@ -143,6 +148,30 @@ static bool is_aligned(const stereo_t *stereo, const void *address)
     return address != NULL && (uintptr_t)address % stereo->capabilities.dma_alignment == 0;
 }
 
+static bool has_rectification(const stereo_t *stereo)
+{
+    return (stereo->capabilities.limits.features & LITESTEREO_FEATURE_RECTIFICATION) != 0;
+}
+
+/* First field of the rectification that is not built, or where an image cannot be written. */
+static stereo_field_t rectification_problem(const stereo_t *stereo, const stereo_job_t *job)
+{
+    uint32_t alignment = stereo->capabilities.dma_alignment;
+    uint32_t bytes     = stereo_image_bytes(stereo, &job->settings);
+    bool     built     = has_rectification(stereo);
+
+    if (job->rectified && (!built || job->grid > 1)) {
+        return STEREO_FIELD_RECTIFIED;
+    }
+    if (job->left_out != NULL && (!built || !dma_reaches(job->left_out, bytes, alignment))) {
+        return STEREO_FIELD_LEFT_OUT;
+    }
+    if (job->right_out != NULL && (!built || !dma_reaches(job->right_out, bytes, alignment))) {
+        return STEREO_FIELD_RIGHT_OUT;
+    }
+    return STEREO_FIELD_NONE;
+}
+
 /* First address of a job of a valid size whose bytes are not all in main RAM. Images of a streamed job are not read. */
 static stereo_field_t memory_problem(const stereo_t *stereo, const stereo_job_t *job)
 {
@@ -155,8 +184,10 @@ static stereo_field_t memory_problem(const stereo_t *stereo, const stereo_job_t 
     if (!job->streamed && !dma_reaches(job->right, bytes, alignment)) {
         return STEREO_FIELD_RIGHT;
     }
-    return dma_reaches(job->map, stereo_map_bytes(stereo, &job->settings), alignment) ? STEREO_FIELD_NONE
-                                                                                      : STEREO_FIELD_MAP;
+    if (!dma_reaches(job->map, stereo_map_bytes(stereo, &job->settings), alignment)) {
+        return STEREO_FIELD_MAP;
+    }
+    return rectification_problem(stereo, job);
 }
 
 stereo_field_t stereo_check(const stereo_t *stereo, const stereo_job_t *job)
@@ -187,6 +218,12 @@ stereo_field_t stereo_check(const stereo_t *stereo, const stereo_job_t *job)
     return memory_problem(stereo, job);
 }
 
+static uint32_t rectification_options(const stereo_job_t *job)
+{
+    return (job->rectified ? OPTION_RECTIFIED | job->grid * OPTION_GRID : 0u)
+        | (job->left_out != NULL ? OPTION_LEFT_OUT : 0u) | (job->right_out != NULL ? OPTION_RIGHT_OUT : 0u);
+}
+
 /* Writes the registers that the gateware takes over at the start of a frame. */
 static void write_settings(const stereo_job_t *job)
 {
@@ -202,7 +239,8 @@ static void write_settings(const stereo_job_t *job)
     stereo_uniqueness_ratio_write(settings->uniqueness_ratio);
     stereo_disp12_max_diff_write(settings->disp12_max_diff < 0 ? NO_CHECK : (uint8_t)settings->disp12_max_diff);
     stereo_options_write((settings->xsobel ? OPTION_XSOBEL : 0u) | (settings->subpixel ? OPTION_SUBPIXEL : 0u)
-        | (settings->median ? OPTION_MEDIAN : 0u) | (job->streamed ? OPTION_STREAMED : 0u));
+        | (settings->median ? OPTION_MEDIAN : 0u) | (job->streamed ? OPTION_STREAMED : 0u)
+        | rectification_options(job));
 }
 
 uint64_t stereo_budget(const stereo_settings_t *settings)
@@ -236,6 +274,10 @@ status_t stereo_submit(stereo_t *stereo, const stereo_job_t *job, uint64_t clock
     stereo_left_base_write((uint32_t)(uintptr_t)job->left);
     stereo_right_base_write((uint32_t)(uintptr_t)job->right);
     stereo_disparity_base_write((uint32_t)(uintptr_t)job->map);
+    if (has_rectification(stereo)) {
+        stereo_left_out_base_write((uint32_t)(uintptr_t)job->left_out);
+        stereo_right_out_base_write((uint32_t)(uintptr_t)job->right_out);
+    }
     write_settings(job);
     clear_events(stereo);
     memory_to_device();
@@ -280,6 +322,12 @@ static status_t succeed(stereo_t *stereo, stereo_result_t *result)
 
     result->clocks           = stereo_clocks_read();
     result->first_row_clocks = stereo_first_row_clocks_read();
+    if (has_rectification(stereo)) {
+        uint32_t flags = stereo_rectification_read();
+
+        result->row_gone = (flags & REGISTER_BIT(STEREO_RECTIFICATION_ROW_GONE)) != 0;
+        result->folded   = (flags & REGISTER_BIT(STEREO_RECTIFICATION_FOLDED)) != 0;
+    }
     statistics->done++;
     statistics->clocks += result->clocks;
     if (result->clocks > statistics->longest_clocks) {

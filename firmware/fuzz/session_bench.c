@@ -25,8 +25,13 @@ static _Alignas(FRAME_ALIGNMENT) uint8_t
 static frame_link_t  driver;
 static device_info_t info = {
     .max_width = 200, .max_height = 50, .sys_clk_hz = HZ, .name = "fuzz",
-    .limits = {.max_disparities = 64, .min_block_size = 5, .max_block_size = 21, .features = 0xff},
+    .limits = {.max_disparities = 64, .min_block_size = 5, .max_block_size = 21, .features = 0x4ff},
 };
+
+static const stereo_t  stereo = {.capabilities = {.max_width = 200, .limits = {.features = 0x4ff}}};
+static rectification_t rectification;
+static calibrate_t     calibrate;
+static uint8_t         calibrations[CALIBRATE_MEMORY_BYTES];
 
 session_t     session;
 frame_pool_t  pool;
@@ -57,7 +62,7 @@ static void check_reply(const message_t *message)
 {
     HOLDS(message->version == PROTOCOL_VERSION && (message->type & PROTOCOL_REPLY_BIT) != 0);
     HOLDS(message->type != TYPE_ERROR
-        || (message->length == PROTOCOL_ERROR_SIZE && get_u16(message->payload) - 1u < ERROR_BUSY));
+        || (message->length == PROTOCOL_ERROR_SIZE && get_u16(message->payload) - 1u < ERROR_FLASH));
 }
 
 /* The serial line carries one framed reply at a time. */
@@ -92,7 +97,7 @@ static bool take_datagram(const peer_t *peer, const uint8_t *bytes, size_t lengt
         const frame_t *frame = frame_pool_find(&pool, FRAME_OWNER_LINK, message.frame_id);
 
         HOLDS(frame != NULL && frame->state == FRAME_DONE && peer_is(peer, &session.peer));
-        HOLDS(message.session == session.token && message.offset + message.length <= frame_map_size(frame));
+        HOLDS(message.session == session.token && frame_has(frame, message.offset, message.length));
         HOLDS(memcmp(message.payload, frame_map(frame) + message.offset, message.length) == 0);
     }
     return true;
@@ -167,6 +172,9 @@ void bench_reset(void)
         ASAN_POISON_MEMORY_REGION(gap(number), GAP);
     }
     session_init(&session, &info, &pool, &counters, stop, NULL);
+    HOLDS(rectification_init(&rectification, &stereo) == STATUS_OK);
+    calibrate_init(&calibrate, &rectification, NULL, calibrations);
+    session.calibrate = &calibrate;
     make_links();
 }
 
@@ -176,6 +184,7 @@ void bench_poll(void)
     serial_link_poll(&line, ticks);
     udp_link_poll(&udp, ticks);
     session_poll(&session, ticks);
+    calibrate_poll(&calibrate, ticks);
     /* The device restarts at once, with its memory unchanged. */
     session.restarting = session.restarting && !session_wants_restart(&session, ticks);
 }
@@ -194,5 +203,6 @@ void bench_check(void)
         HOLDS(frame->state == FRAME_EMPTY || session.open);
         matching += frame->state == FRAME_MATCHING;
     }
+    HOLDS(rectification.calibration.width == 0 || rectification.calibration.size <= CALIBRATE_ROOM);
     HOLDS(matching <= 1 && udp.queued <= PROTOCOL_QUEUED_READS && (!session.open || session.token != 0));
 }

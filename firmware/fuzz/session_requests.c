@@ -8,6 +8,7 @@
 
 #include <string.h>
 
+#include "drawn_calibration.h"
 #include "generated/csr.h"
 #include "lib/bytes.h"
 
@@ -18,6 +19,14 @@
 #define ANY_PAYLOAD (1u << 3)
 #define ANY_VERSION (1u << 4)
 #define ANY_FRAME   (1u << 5)
+#define ANY_OPTIONS (1u << 6)
+
+/* Most types of requests; after them come those about the calibration. */
+#define COMMON 13u
+#define RARE   6u
+
+/* A byte of the input from here on asks for one of these. */
+#define FIRST_RARE (16u * COMMON)
 
 static void put_parameters(input_t *input, message_t *message, uint8_t *payload)
 {
@@ -44,6 +53,24 @@ static void put_pairs(const session_t *session, message_t *message)
         message->offset   = frame_link_stream_offset_read();
         rest              = frame_map_size(frame) - message->offset;
         message->length   = rest < PROTOCOL_CHUNK_SIZE ? rest : PROTOCOL_CHUNK_SIZE;
+    }
+}
+
+/* A calibration that the device accepts, or another one. */
+static void put_calibration(input_t *input, message_t *message, uint8_t *payload)
+{
+    static uint8_t record[2048];
+    int            rows = take(input) % 32;
+    uint32_t       size = draw_calibration(record, 24, 20, 0, rows);
+
+    if (message->type == TYPE_CALIBRATE) {
+        put_u32(payload, size);
+        put_u32(payload + 4, get_u32(record + size - 4));
+        message->length = 8;
+    } else {
+        message->length = size < PROTOCOL_CHUNK_SIZE ? size : PROTOCOL_CHUNK_SIZE;
+        memcpy(payload, record, message->length);
+        message->offset = 0;
     }
 }
 
@@ -75,6 +102,15 @@ static void put_payload(input_t *input, const session_t *session, message_t *mes
         put_u32(payload, take(input) * 16u);
         message->length = 4;
         break;
+    case TYPE_CALIBRATE:
+    case TYPE_RECORD:
+        put_calibration(input, message, payload);
+        break;
+    case TYPE_ADOPT:
+    case TYPE_RECALL:
+        put_u32(payload, take(input));
+        message->length = 4;
+        break;
     default:
         break;
     }
@@ -87,7 +123,7 @@ message_t take_request(input_t *input, const session_t *session, uint8_t *payloa
     uint8_t   place   = take(input);
     message_t message = {
         .version  = PROTOCOL_VERSION,
-        .type     = 1 + type % 13,
+        .type     = type < FIRST_RARE ? 1 + type % COMMON : TYPE_CALIBRATE + type % RARE,
         .session  = session->token,
         .sequence = place / 8 % 8,
         .frame_id = place % 4,
@@ -101,6 +137,10 @@ message_t take_request(input_t *input, const session_t *session, uint8_t *payloa
     message.session  = (any & ANY_TOKEN) != 0 || message.type == TYPE_HELLO ? take(input) : message.session;
     message.frame_id = (any & ANY_FRAME) != 0 ? take_u32(input) : message.frame_id;
     put_payload(input, session, &message, payload);
+    if ((any & ANY_OPTIONS) != 0 && (message.type == TYPE_OPEN || message.type == TYPE_STREAM)) {
+        put_u16(payload + 4, take(input) % (OPTIONS_ALL + 2));
+        message.length = 8;
+    }
     message.offset   = (any & ANY_OFFSET) != 0 ? take_u32(input) : message.offset;
     if ((any & ANY_PAYLOAD) != 0) {
         message.length = take_u32(input) % (PROTOCOL_CHUNK_SIZE + 1);

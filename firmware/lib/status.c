@@ -46,6 +46,8 @@ const char *status_name(status_t status)
         return "protected";
     case STATUS_NO_RECORD:
         return "no_record";
+    case STATUS_ROWS:
+        return "rows";
     }
     return "unknown";
 }

@@ -28,6 +28,9 @@ static const rule_t rules[] = {
     STEREO_SETTINGS_TABLE(RULE)
     [STEREO_FIELD_WIDTH]  = {.name = "width"},
     [STEREO_FIELD_HEIGHT] = {.name = "height"},
+    [STEREO_FIELD_RECTIFIED] = {.name = "rectified"},
+    [STEREO_FIELD_LEFT_OUT]  = {.name = "left_out"},
+    [STEREO_FIELD_RIGHT_OUT] = {.name = "right_out"},
 };
 
 const char *stereo_field_name(stereo_field_t field)

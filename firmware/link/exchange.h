@@ -60,6 +60,14 @@ void session_write(session_t *session, exchange_t *exchange);
 void session_progress(session_t *session, exchange_t *exchange);
 void session_restart(session_t *session, exchange_t *exchange);
 
+/* Requests about the calibration, in session_calibration.c; all need session->calibrate. */
+void session_calibrate(session_t *session, exchange_t *exchange);
+void session_record(session_t *session, exchange_t *exchange);
+void session_adopt(session_t *session, exchange_t *exchange);
+void session_calibration(session_t *session, exchange_t *exchange);
+void session_recall(session_t *session, exchange_t *exchange);
+void session_forget(session_t *session, exchange_t *exchange);
+
 /** What STATUS reports as first missing: chunks of a stored frame, pairs of a streamed one. */
 uint32_t session_first_missing(const session_t *session, const frame_t *frame);
 
@@ -109,10 +117,15 @@ static inline const frame_stream_t *session_stream_path(const session_t *session
 }
 
 /** Opens a new frame, or refuses the request and returns null; a streamed frame is READY at once. */
-frame_t *session_open_new(session_t *session, exchange_t *exchange, const stereo_settings_t *settings, bool streamed);
+frame_t *session_open_new(session_t *session, exchange_t *exchange, const stereo_settings_t *settings, uint8_t options,
+    bool streamed);
 
-/** Settings of the frame that an OPEN or a STREAM asks for. */
-stereo_settings_t session_settings_of(const session_t *session, const message_t *request);
+/** Whether an OPEN or a STREAM asks for a frame like this one. */
+bool session_is_same(const frame_t *frame, const stereo_settings_t *settings, uint8_t options);
+
+/** Reads what an OPEN or a STREAM asks for, or refuses it and returns false: its length, or options that the device cannot
+ * serve. */
+bool session_wanted(const session_t *session, exchange_t *exchange, stereo_settings_t *settings, uint8_t *options);
 
 /** Finds the frame that a request is about, or refuses the request. */
 frame_t *session_find_or_refuse(session_t *session, exchange_t *exchange);

@@ -68,6 +68,7 @@ status_t frame_pool_init(frame_pool_t *pool, void *memory, size_t size, unsigned
         pool->frame[slot].memory = (uint8_t *)memory + skew + slot * slot_size;
     }
     pool->slots      = (uint8_t)slots;
+    pool->slot_bytes = slot_size < UINT32_MAX ? (uint32_t)slot_size : UINT32_MAX;
     pool->max_pixels = capacity(slot_size);
     return pool->max_pixels > 0 ? STATUS_OK : STATUS_SIZE;
 }
@@ -92,6 +93,7 @@ status_t frame_pool_open(frame_pool_t *pool, frame_owner_t owner, uint32_t id, c
             free->settings = *settings;
             free->pitch    = (uint32_t)round_up(pixels, CHUNK);
             free->missing  = frame_chunks(free);
+            free->options  = 0;
             free->streamed = false;
             free->result   = (frame_result_t){0};
             memset(free->received, 0, sizeof(free->received));
@@ -100,6 +102,30 @@ status_t frame_pool_open(frame_pool_t *pool, frame_owner_t owner, uint32_t id, c
         }
     }
     return STATUS_NO_SLOT;
+}
+
+status_t frame_set_options(const frame_pool_t *pool, frame_t *frame, uint8_t options)
+{
+    if ((options & (OPTION_LEFT | OPTION_RIGHT)) != 0 && 6 * (uint64_t)frame->pitch > pool->slot_bytes) {
+        return STATUS_SIZE;
+    }
+    frame->options = options;
+    return STATUS_OK;
+}
+
+/* Whether a range is within `bytes` bytes from `first` on. */
+static bool is_within(uint32_t offset, uint32_t length, uint32_t first, uint32_t bytes)
+{
+    return offset >= first && offset - first < bytes && length <= bytes - (offset - first);
+}
+
+bool frame_has(const frame_t *frame, uint32_t offset, uint32_t length)
+{
+    uint32_t pixels = frame_pixels(frame);
+
+    return is_within(offset, length, 0, frame_map_size(frame))
+        || (frame_left_out(frame) != NULL && is_within(offset, length, 2 * frame->pitch, pixels))
+        || (frame_right_out(frame) != NULL && is_within(offset, length, 3 * frame->pitch, pixels));
 }
 
 frame_t *frame_pool_find(frame_pool_t *pool, frame_owner_t owner, uint32_t id)

@@ -10,7 +10,8 @@
  *
  * A release leads from any state but MATCHING to EMPTY; a match has to be stopped first. The memory of a slot holds
  * left image, right image and map at 0, pitch and 2 x pitch, where pitch is width x height rounded up to whole chunks.
- * A streamed frame is READY at once, and only its map is in memory.
+ * If the frame asks for the images that the matcher gets, they are at 4 x pitch and 5 x pitch. A streamed frame is READY
+ * at once, and its images are not in memory.
  */
 
 #ifndef LITESTEREO_LINK_FRAME_POOL_H
@@ -58,6 +59,8 @@ typedef struct {
     uint32_t detail;            /**< The accelerator's error code, or the clocks waited. */
     uint32_t clocks;            /**< Clocks from start to the map's last write; 0 if it failed. */
     uint32_t first_row_clocks;  /**< Clocks from start to the end of the first row with disparities; 0 if it failed. */
+    uint16_t flags;             /**< enum protocol_flag. */
+    uint32_t grid_crc;          /**< Of the calibration by which it was rectified, else 0. */
 } frame_result_t;
 
 /** A slot and the frame in it. */
@@ -71,6 +74,7 @@ typedef struct {
     uint32_t         pitch;     /**< Bytes from one image to the next. */
     uint32_t         missing;   /**< Chunks still missing. */
     uint32_t         order;     /**< Position in the queue for the matcher, modulo 2**32. */
+    uint8_t          options;   /**< enum protocol_option. */
     bool             streamed;  /**< Its pixels are never in memory: they arrive while it is matched. */
     uint32_t         sequence;  /**< Of a streamed frame: sequence of the parts of its map sent without READ. */
     frame_result_t   result;    /**< Valid once DONE or FAILED. */
@@ -82,6 +86,7 @@ typedef struct {
     frame_t  frame[FRAME_POOL_SLOTS];  /**< The first `slots` are in use. */
     uint8_t  slots;                    /**< Number of slots, 1 to FRAME_POOL_SLOTS. */
     uint32_t max_pixels;               /**< Most pixels of a frame. */
+    uint32_t slot_bytes;               /**< Bytes of a slot. */
     uint32_t next_order;               /**< Position of the next frame that is queued. */
 } frame_pool_t;
 
@@ -91,6 +96,10 @@ status_t frame_pool_init(frame_pool_t *pool, void *memory, size_t size, unsigned
 /** Opens a frame in a free slot; it is LOADING then. Else STATUS_BAD_ARGUMENT, STATUS_SIZE or STATUS_NO_SLOT. */
 status_t frame_pool_open(frame_pool_t *pool, frame_owner_t owner, uint32_t id, const stereo_settings_t *settings,
     frame_t **frame);
+
+/** Has the frame rectified, or its images written, as its options say; it is LOADING. STATUS_SIZE if its slot is too small
+ * for the images. */
+status_t frame_set_options(const frame_pool_t *pool, frame_t *frame, uint8_t options);
 
 /** Frame of that owner and id, in any state but EMPTY; null if there is none. */
 frame_t *frame_pool_find(frame_pool_t *pool, frame_owner_t owner, uint32_t id);
@@ -157,6 +166,21 @@ static inline uint8_t *frame_map(const frame_t *frame)
 {
     return frame->memory + 2 * frame->pitch;
 }
+
+/** Left image as the matcher got it, width x height bytes; null if the frame did not ask for it. */
+static inline uint8_t *frame_left_out(const frame_t *frame)
+{
+    return (frame->options & OPTION_LEFT) != 0 ? frame->memory + 4 * frame->pitch : NULL;
+}
+
+/** Right image as the matcher got it. */
+static inline uint8_t *frame_right_out(const frame_t *frame)
+{
+    return (frame->options & OPTION_RIGHT) != 0 ? frame->memory + 5 * frame->pitch : NULL;
+}
+
+/** Whether bytes of the download space, which begins with the map, are those of the map or of an image. */
+bool frame_has(const frame_t *frame, uint32_t offset, uint32_t length);
 
 /** Pixels of the frame. */
 static inline uint32_t frame_pixels(const frame_t *frame)

@@ -20,7 +20,7 @@ static const struct {
 } requests[] = {
     [TYPE_HELLO]      = {session_hello, 4},
     [TYPE_CONFIGURE]  = {session_configure, ANY_LENGTH},
-    [TYPE_OPEN]       = {session_open, 4},
+    [TYPE_OPEN]       = {session_open, ANY_LENGTH},
     [TYPE_UPLOAD]     = {session_upload, ANY_LENGTH},
     [TYPE_START]      = {session_start, 0},
     [TYPE_STATUS]     = {session_status, 0},
@@ -29,12 +29,18 @@ static const struct {
     [TYPE_STATISTICS] = {session_statistics, 0},
     [TYPE_BYE]        = {session_bye, 0},
     [TYPE_MISSING]    = {session_missing, 0},
-    [TYPE_STREAM]     = {session_stream, 4},
+    [TYPE_STREAM]     = {session_stream, ANY_LENGTH},
     [TYPE_UPDATE]     = {session_update, 8},
     [TYPE_IMAGE]      = {session_image, ANY_LENGTH},
     [TYPE_WRITE]      = {session_write, 0},
     [TYPE_PROGRESS]   = {session_progress, 0},
     [TYPE_RESTART]    = {session_restart, 0},
+    [TYPE_CALIBRATE]   = {session_calibrate, 8},
+    [TYPE_RECORD]      = {session_record, ANY_LENGTH},
+    [TYPE_ADOPT]       = {session_adopt, 4},
+    [TYPE_CALIBRATION] = {session_calibration, 0},
+    [TYPE_RECALL]      = {session_recall, 4},
+    [TYPE_FORGET]      = {session_forget, 0},
 };
 
 static void set_defaults(session_t *session)
@@ -79,7 +85,8 @@ static uint32_t draw_token(session_t *session, uint32_t nonce)
 
 static uint32_t features(const session_t *session)
 {
-    uint32_t of_matcher = session->info->limits.features & ~(LITESTEREO_FEATURE_STREAMING | LITESTEREO_FEATURE_UPDATE);
+    uint32_t of_matcher = session->info->limits.features & ~(LITESTEREO_FEATURE_STREAMING | LITESTEREO_FEATURE_UPDATE
+        | (session->calibrate == NULL ? LITESTEREO_FEATURE_RECTIFICATION : 0));
 
     return of_matcher | (session_stream_path(session, &session->peer) != NULL ? LITESTEREO_FEATURE_STREAMING : 0)
         | (session->update != NULL ? LITESTEREO_FEATURE_UPDATE : 0);
@@ -95,6 +102,10 @@ static uint32_t capability(const session_t *session, unsigned number)
         return session->update != NULL ? update_room(session->update) : 0;
     case LITESTEREO_CAPABILITY_MAX_PREFILTER_CAP:
         return session->info->limits.max_prefilter_cap;
+    case LITESTEREO_CAPABILITY_RECTIFICATION_ROWS:
+        return session->calibrate != NULL ? session->calibrate->rectification->rows : 0;
+    case LITESTEREO_CAPABILITY_RECTIFICATION_HEIGHT:
+        return session->calibrate != NULL ? session->calibrate->rectification->max_height : 0;
     default:
         return 0;
     }
@@ -154,11 +165,14 @@ static void set_transfer_session(const session_t *session)
     }
 }
 
-/* Drops a firmware that the previous host left in memory, unless it is being written. */
+/* Drops a firmware and a calibration that the previous host left in memory, unless they are being written. */
 static void forget_update(const session_t *session)
 {
     if (session->update != NULL) {
         update_forget(session->update);
+    }
+    if (session->calibrate != NULL) {
+        calibrate_discard(session->calibrate);
     }
 }
 
@@ -256,6 +270,11 @@ static bool needs_flash(uint8_t type)
     return type == TYPE_UPDATE || type == TYPE_IMAGE || type == TYPE_WRITE || type == TYPE_PROGRESS;
 }
 
+static bool needs_rectification(uint8_t type)
+{
+    return type >= TYPE_CALIBRATE && type <= TYPE_FORGET;
+}
+
 /* Whether the device serves this type of request for this peer. */
 static bool is_known(const session_t *session, const exchange_t *exchange)
 {
@@ -263,7 +282,8 @@ static bool is_known(const session_t *session, const exchange_t *exchange)
 
     return type < sizeof(requests) / sizeof(requests[0]) && requests[type].handle != NULL
         && (type != TYPE_STREAM || session_stream_path(session, exchange->peer) != NULL)
-        && (!needs_flash(type) || session->update != NULL);
+        && (!needs_flash(type) || session->update != NULL)
+        && (!needs_rectification(type) || session->calibrate != NULL);
 }
 
 static void serve(session_t *session, exchange_t *exchange)

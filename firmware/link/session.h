@@ -17,6 +17,7 @@
 #include "frame_stream.h"
 #include "link/protocol/message.h"
 #include "link/protocol/peer.h"
+#include "link/update/calibrate.h"
 #include "link/update/update.h"
 
 /** Departed streamed frames that are remembered, so that a late copy of their STREAM opens no frame. */
@@ -83,6 +84,7 @@ typedef struct {
     void                *context;        /**< First argument of `stop`. */
     const session_transfer_t *transfer;  /**< Serves UDP peers; null if there is no UDP. */
     update_t            *update;         /**< Replaces the firmware; null if there is no flash. */
+    calibrate_t         *calibrate;      /**< The calibration; null if there is no rectification. */
     bool                 restarting;     /**< The device is about to restart; it answers nothing but RESTART. */
     uint64_t             restart_at;     /**< Clock of the restart. */
     peer_t               peer;           /**< Sender of the last HELLO. */

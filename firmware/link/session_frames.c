@@ -11,21 +11,24 @@
 
 void session_open(session_t *session, exchange_t *exchange)
 {
-    const message_t  *request  = exchange->request;
-    frame_t          *frame    = session_find(session, request->frame_id);
-    stereo_settings_t settings = session_settings_of(session, request);
+    const message_t  *request = exchange->request;
+    frame_t          *frame   = session_find(session, request->frame_id);
+    stereo_settings_t settings;
+    uint8_t           options;
 
+    if (!session_wanted(session, exchange, &settings, &options)) {
+        return;
+    }
     if (request->frame_id == 0) {
         refuse(exchange, ERROR_FRAME, 0);
         return;
     }
     if (frame == NULL) {
-        frame = session_open_new(session, exchange, &settings, false);
+        frame = session_open_new(session, exchange, &settings, options, false);
         if (frame == NULL) {
             return;
         }
-    } else if (frame->state != FRAME_LOADING || frame->settings.width != settings.width
-        || frame->settings.height != settings.height) {
+    } else if (frame->state != FRAME_LOADING || !session_is_same(frame, &settings, options)) {
         refuse(exchange, ERROR_DUPLICATE, request->frame_id);
         return;
     }
@@ -73,6 +76,12 @@ void session_status(session_t *session, exchange_t *exchange)
         put_u32(out + 12, session_first_missing(session, frame));
     }
     exchange->length = PROTOCOL_STATUS_SIZE;
+    if (frame != NULL && frame->options != 0) {
+        put_u16(out + 16, frame->result.flags);
+        put_u16(out + 18, 0);
+        put_u32(out + 20, frame->result.grid_crc);
+        exchange->length += PROTOCOL_STATUS_MORE;
+    }
 }
 
 void session_release(session_t *session, exchange_t *exchange)

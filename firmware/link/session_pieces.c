@@ -4,7 +4,7 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-/* Requests about chunks of a frame's images and about parts of its map. */
+/* Requests about chunks of a frame's images, and about parts of its map and of the images that come out. */
 
 #include "exchange.h"
 #include "lib/bytes.h"
@@ -91,8 +91,7 @@ void session_read(session_t *session, exchange_t *exchange)
         refuse(exchange, ERROR_STATE, frame->state);
     } else if (length == 0 || (!is_udp && length > PROTOCOL_CHUNK_SIZE)) {
         refuse(exchange, ERROR_LENGTH, PROTOCOL_CHUNK_SIZE);
-    } else if (offset >= frame_map_size(frame) || length > frame_map_size(frame) - offset
-        || (is_udp && offset % PROTOCOL_CHUNK_SIZE != 0)) {
+    } else if (!frame_has(frame, offset, length) || (is_udp && offset % PROTOCOL_CHUNK_SIZE != 0)) {
         refuse(exchange, ERROR_OFFSET, offset);
     } else if (is_udp) {
         queue_read(session->transfer, exchange, frame, length);

@@ -77,7 +77,8 @@ static uint32_t size_problem(const session_t *session, const stereo_settings_t *
     return 0;
 }
 
-frame_t *session_open_new(session_t *session, exchange_t *exchange, const stereo_settings_t *settings, bool streamed)
+frame_t *session_open_new(session_t *session, exchange_t *exchange, const stereo_settings_t *settings, uint8_t options,
+    bool streamed)
 {
     const session_transfer_t *transfer = session->transfer;
     uint32_t                  problem  = size_problem(session, settings);
@@ -91,6 +92,11 @@ frame_t *session_open_new(session_t *session, exchange_t *exchange, const stereo
         refuse(exchange, ERROR_NO_SLOT, session->pool->slots);
         return NULL;
     }
+    if (frame_set_options(session->pool, frame, options) != STATUS_OK) {
+        frame_release(frame);
+        refuse(exchange, ERROR_SIZE, SIZE_TOO_LARGE);
+        return NULL;
+    }
     if (streamed) {
         frame_pool_stream(session->pool, frame, exchange->request->sequence);
     } else if (session_is_udp(session) && transfer->open_frame(transfer->context, frame) != STATUS_OK) {
@@ -102,13 +108,48 @@ frame_t *session_open_new(session_t *session, exchange_t *exchange, const stereo
     return frame;
 }
 
-stereo_settings_t session_settings_of(const session_t *session, const message_t *request)
+/* Whether the device can serve these options for a frame of this size now; refuses them if not. */
+static bool admit_options(const session_t *session, exchange_t *exchange, const stereo_settings_t *settings,
+    uint16_t options)
 {
-    stereo_settings_t settings = session->settings;
+    const calibrate_t *calibrate = session->calibrate;
 
-    settings.width  = get_u16(request->payload);
-    settings.height = get_u16(request->payload + 2);
-    return settings;
+    if ((options & ~OPTIONS_ALL) != 0) {
+        refuse(exchange, ERROR_FEATURE, 0);
+        return false;
+    }
+    if ((options & OPTION_RECTIFIED) != 0
+        && !rectification_fits(calibrate->rectification, settings->width, settings->height)) {
+        const calibration_t *in_use = &calibrate->rectification->calibration;
+
+        refuse(exchange, ERROR_CALIBRATION, (uint32_t)in_use->width << 16 | in_use->height);
+        return false;
+    }
+    return true;
+}
+
+bool session_wanted(const session_t *session, exchange_t *exchange, stereo_settings_t *settings, uint8_t *options)
+{
+    const message_t *request = exchange->request;
+    uint16_t         asked;
+
+    /* Without rectification there are no options. */
+    if (request->length != 4 && (request->length != 8 || session->calibrate == NULL)) {
+        refuse(exchange, ERROR_LENGTH, 4);
+        return false;
+    }
+    *settings        = session->settings;
+    settings->width  = get_u16(request->payload);
+    settings->height = get_u16(request->payload + 2);
+    asked            = request->length == 8 ? get_u16(request->payload + 4) : 0;
+    *options         = (uint8_t)asked;
+    return admit_options(session, exchange, settings, asked);
+}
+
+bool session_is_same(const frame_t *frame, const stereo_settings_t *settings, uint8_t options)
+{
+    return frame->settings.width == settings->width && frame->settings.height == settings->height
+        && frame->options == options;
 }
 
 uint32_t session_first_missing(const session_t *session, const frame_t *frame)

@@ -11,10 +11,14 @@
 
 void session_stream(session_t *session, exchange_t *exchange)
 {
-    const message_t  *request  = exchange->request;
-    frame_t          *frame    = session_find(session, request->frame_id);
-    stereo_settings_t settings = session_settings_of(session, request);
+    const message_t  *request = exchange->request;
+    frame_t          *frame   = session_find(session, request->frame_id);
+    stereo_settings_t settings;
+    uint8_t           options;
 
+    if (!session_wanted(session, exchange, &settings, &options)) {
+        return;
+    }
     if (request->frame_id == 0) {
         refuse(exchange, ERROR_FRAME, 0);
         return;
@@ -25,12 +29,11 @@ void session_stream(session_t *session, exchange_t *exchange)
             exchange->no_reply = true;
             return;
         }
-        frame = session_open_new(session, exchange, &settings, true);
+        frame = session_open_new(session, exchange, &settings, options, true);
         if (frame == NULL) {
             return;
         }
-    } else if (!frame->streamed || frame->settings.width != settings.width
-        || frame->settings.height != settings.height) {
+    } else if (!frame->streamed || !session_is_same(frame, &settings, options)) {
         refuse(exchange, ERROR_DUPLICATE, request->frame_id);
         return;
     }

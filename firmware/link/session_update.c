@@ -63,8 +63,18 @@ void session_image(session_t *session, exchange_t *exchange)
     }
 }
 
+static bool is_calibrating(const session_t *session)
+{
+    return session->calibrate != NULL && calibrate_is_running(session->calibrate);
+}
+
 void session_write(session_t *session, exchange_t *exchange)
 {
+    /* One of them at a time uses the flash. */
+    if (is_calibrating(session)) {
+        refuse(exchange, ERROR_STATE, session->update->state);
+        return;
+    }
     if (update_write(session->update) != STATUS_OK) {
         refuse(exchange, ERROR_STATE, session->update->state);
         return;
@@ -81,6 +91,10 @@ void session_restart(session_t *session, exchange_t *exchange)
 {
     if (session->update != NULL && update_is_running(session->update)) {
         refuse(exchange, ERROR_STATE, session->update->state);
+        return;
+    }
+    if (is_calibrating(session)) {
+        refuse(exchange, ERROR_STATE, session->calibrate->state);
         return;
     }
     if (!session->restarting) {

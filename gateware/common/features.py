@@ -52,7 +52,7 @@ FEATURE_TABLE = (
     Feature( 8, "streaming",     "streamed frames",                         "device",
         "over UDP only: [how](#streamed-frames)"),
     Feature( 9, "update",        "a flash whose firmware can be replaced",  "device", "[how](#updates)"),
-    Feature(10, "rectification", "rectification of the pair",               "peripheral"),
+    Feature(10, "rectification", "rectification of the pair",               "peripheral", "[how](#rectification)"),
     Feature(11, "cameras",       "cameras on the device",                   "reserved"),
     Feature(12, "semi_global",   "semi-global matching",                    "reserved"),
     Feature(13, "census",        "the census transform",                    "reserved"),
@@ -94,4 +94,6 @@ CAPABILITY_TABLE = (
     Capability(1, "dma_alignment", "alignment of images and maps in the device's memory",       "bytes"),
     Capability(2, "update_bytes",  "largest firmware that an update can write, 0 without flash", "bytes"),
     Capability(3, "max_prefilter_cap", "largest `prefilter_cap`, 0: all of its range"),
+    Capability(4, "rectification_rows",   "rows of the raw images that the rectification keeps", "rows"),
+    Capability(5, "rectification_height", "highest frame that can be rectified",                 "pixels"),
 )

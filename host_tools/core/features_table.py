@@ -62,6 +62,8 @@ class Capability(enum.IntEnum):
     DMA_ALIGNMENT = 1
     UPDATE_BYTES  = 2
     MAX_PREFILTER_CAP = 3
+    RECTIFICATION_ROWS = 4
+    RECTIFICATION_HEIGHT = 5
 
 
 #: What each of the values is.
@@ -69,4 +71,6 @@ CAPABILITY_TEXTS = {
     Capability.DMA_ALIGNMENT: "alignment of images and maps in the device's memory, bytes",
     Capability.UPDATE_BYTES:  "largest firmware that an update can write, 0 without flash, bytes",
     Capability.MAX_PREFILTER_CAP: "largest `prefilter_cap`, 0: all of its range",
+    Capability.RECTIFICATION_ROWS: "rows of the raw images that the rectification keeps, rows",
+    Capability.RECTIFICATION_HEIGHT: "highest frame that can be rectified, pixels",
 }

@@ -40,47 +40,55 @@ MAX_MESSAGE_BYTES = MIN_MESSAGE_BYTES + CHUNK_BYTES
 class MessageType(enum.IntEnum):
     """Types of requests; a reply has `REPLY` added, except for ERROR, which is always a reply."""
 
-    HELLO      = 0x01
-    CONFIGURE  = 0x02
-    OPEN       = 0x03
-    UPLOAD     = 0x04
-    START      = 0x05
-    STATUS     = 0x06
-    READ       = 0x07
-    RELEASE    = 0x08
-    STATISTICS = 0x09
-    BYE        = 0x0a
-    MISSING    = 0x0b
-    STREAM     = 0x0c
-    PAIRS      = 0x0d
-    UPDATE     = 0x0e
-    IMAGE      = 0x0f
-    WRITE      = 0x10
-    PROGRESS   = 0x11
-    RESTART    = 0x12
-    ERROR      = 0xff
+    HELLO       = 0x01
+    CONFIGURE   = 0x02
+    OPEN        = 0x03
+    UPLOAD      = 0x04
+    START       = 0x05
+    STATUS      = 0x06
+    READ        = 0x07
+    RELEASE     = 0x08
+    STATISTICS  = 0x09
+    BYE         = 0x0a
+    MISSING     = 0x0b
+    STREAM      = 0x0c
+    PAIRS       = 0x0d
+    UPDATE      = 0x0e
+    IMAGE       = 0x0f
+    WRITE       = 0x10
+    PROGRESS    = 0x11
+    RESTART     = 0x12
+    CALIBRATE   = 0x13
+    RECORD      = 0x14
+    ADOPT       = 0x15
+    CALIBRATION = 0x16
+    RECALL      = 0x17
+    FORGET      = 0x18
+    ERROR       = 0xff
 
 
 class ErrorCode(enum.IntEnum):
     """Codes of an ERROR reply."""
 
-    VERSION    = 1
-    TYPE       = 2
-    SESSION    = 3
-    LENGTH     = 4
-    PARAMETER  = 5
-    RANGE      = 6
-    NO_SLOT    = 7
-    FRAME      = 8
-    STATE      = 9
-    OFFSET     = 10
-    INCOMPLETE = 11
-    SIZE       = 12
-    MATCHER    = 13
-    TIMEOUT    = 14
-    DUPLICATE  = 15
-    FEATURE    = 16
-    BUSY       = 17
+    VERSION     = 1
+    TYPE        = 2
+    SESSION     = 3
+    LENGTH      = 4
+    PARAMETER   = 5
+    RANGE       = 6
+    NO_SLOT     = 7
+    FRAME       = 8
+    STATE       = 9
+    OFFSET      = 10
+    INCOMPLETE  = 11
+    SIZE        = 12
+    MATCHER     = 13
+    TIMEOUT     = 14
+    DUPLICATE   = 15
+    FEATURE     = 16
+    BUSY        = 17
+    CALIBRATION = 18
+    FLASH       = 19
 
 
 def pack_header(kind: int, session: int, sequence: int, frame_id: int, offset: int,

@@ -10,7 +10,7 @@ from __future__ import annotations
 import enum
 import struct
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from ..core.errors import ProtocolError
@@ -24,9 +24,12 @@ _OPENED       = struct.Struct("<HHI")
 _CAPABILITIES = struct.Struct("<IIHHHHHBBIIHHI16s")
 _CAPABILITY   = struct.Struct("<HHI")
 _STATUS       = struct.Struct("<BBHIII")
+_STATUS_MORE  = struct.Struct("<HHI")
 _ERROR        = struct.Struct("<HBBI")
 _UPDATE       = struct.Struct("<II")
 _PROGRESS     = struct.Struct("<BBBBIII")
+_OPTIONS      = struct.Struct("<HH")
+_CALIBRATION  = struct.Struct("<BBBBHHHHIII")
 
 #: Names of the STATISTICS counters, in the order of the protocol.
 COUNTERS = (
@@ -122,12 +125,29 @@ class FrameState(enum.IntEnum):
     FAILED   = 5
 
 
+class FrameOption(enum.IntFlag):
+    """What a frame asks for when it is opened."""
+
+    RECTIFIED = 1
+    LEFT      = 2
+    RIGHT     = 4
+
+
+class FrameFlag(enum.IntFlag):
+    """What a device tells of a frame that it rectified."""
+
+    RECTIFIED = 1
+    ROW_GONE  = 2
+    FOLDED    = 4
+
+
 @dataclass(frozen=True)
 class FrameStatus:
     """Reply to STATUS.
 
     `first_missing` is the offset of a chunk in the upload space, or in the pairs of a streamed frame; NO_OFFSET if none
-    is missing.
+    is missing. `flags`, of `FrameFlag`, and `grid_crc`, the CRC of the grid by which the frame was rectified, are those
+    of a frame that was opened with options; otherwise 0.
     """
 
     state:            int
@@ -136,16 +156,23 @@ class FrameStatus:
     clocks:           int
     first_row_clocks: int
     first_missing:    int
+    flags:            int = 0
+    grid_crc:         int = 0
 
     def pack(self) -> bytes:
-        """Return the payload, 16 bytes."""
+        """Return the payload: 16 bytes, and 8 for flags and CRC if these are not 0."""
+        more = _STATUS_MORE.pack(self.flags, 0, self.grid_crc) if self.flags or self.grid_crc else b""
         return _STATUS.pack(self.state, self.slot, self.error, self.clocks, self.first_row_clocks,
-                            self.first_missing)
+                            self.first_missing) + more
 
     @classmethod
     def unpack(cls, payload: bytes) -> FrameStatus:
         """Return the status of a payload; raise ProtocolError if it is too short."""
-        return cls(*_unpack(_STATUS, payload, "frame status"))
+        fixed = _unpack(_STATUS, payload, "frame status")
+        if len(payload) < _STATUS.size + _STATUS_MORE.size:
+            return cls(*fixed)
+        flags, _, grid_crc = _STATUS_MORE.unpack_from(payload, _STATUS.size)
+        return replace(cls(*fixed), flags=flags, grid_crc=grid_crc)
 
 
 class UpdateState(enum.IntEnum):
@@ -200,8 +227,62 @@ class UpdateProgress:
         return cls(state, failure, done, total, room, trial)
 
 
+class CalibrationState(enum.IntEnum):
+    """States of the calibration that was announced to a device."""
+
+    EMPTY    = 0
+    LOADING  = 1
+    CHECKING = 2
+    WRITING  = 3
+    DONE     = 4
+    FAILED   = 5
+
+
+class CalibrationFailure(enum.IntEnum):
+    """Reasons why a device does not use a calibration, or has not kept it."""
+
+    CHECKSUM = 1
+    FORMAT   = 2
+    SIZE     = 3
+    FOLDED   = 4
+    ROWS     = 5
+    FLASH    = 6
+
+
+@dataclass(frozen=True)
+class CalibrationStatus:
+    """Reply to CALIBRATE, ADOPT, CALIBRATION and FORGET.
+
+    `state` and `failure` are of the announced calibration; `rows_needed` is of the one that was checked last, `rows` of
+    the device. `kept` (in flash), `width` and `height` in pixels, `grid_crc` and `length` in bytes are of the one in
+    use, all 0 without one; `room` is the longest possible calibration in bytes.
+    """
+
+    state:       int
+    failure:     int
+    kept:        int
+    rows_needed: int
+    rows:        int
+    width:       int
+    height:      int
+    grid_crc:    int
+    length:      int
+    room:        int
+
+    def pack(self) -> bytes:
+        """Return the payload, 24 bytes."""
+        return _CALIBRATION.pack(self.state, self.failure, self.kept, 0, self.rows_needed, self.rows, self.width,
+                                 self.height, self.grid_crc, self.length, self.room)
+
+    @classmethod
+    def unpack(cls, payload: bytes) -> CalibrationStatus:
+        """Return the state of a payload; raise ProtocolError if it is too short."""
+        state, failure, kept, _, *rest = _unpack(_CALIBRATION, payload, "state of its calibration")
+        return cls(state, failure, kept, *rest)
+
+
 def pack_update(length: int, crc: int) -> bytes:
-    """Return the payload of UPDATE: the length of the program in bytes, and its CRC-32."""
+    """Return the payload of UPDATE and CALIBRATE: the length of the program or calibration in bytes, and its CRC-32."""
     return _UPDATE.pack(length, crc)
 
 
@@ -221,9 +302,9 @@ def pack_parameters(parameters: Mapping[Parameter, int]) -> bytes:
     return b"".join(_PARAMETER.pack(parameter, 0, value) for parameter, value in parameters.items())
 
 
-def pack_size(width: int, height: int) -> bytes:
-    """Return the payload of OPEN and STREAM, sizes in pixels."""
-    return _SIZE.pack(width, height)
+def pack_size(width: int, height: int, options: int = 0) -> bytes:
+    """Return the payload of OPEN and STREAM, sizes in pixels; `options` of `FrameOption`."""
+    return _SIZE.pack(width, height) + (_OPTIONS.pack(options, 0) if options else b"")
 
 
 def pack_opened(slot: int, pitch: int) -> bytes:

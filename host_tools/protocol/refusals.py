@@ -25,6 +25,10 @@ _SIZES = {
 #: Types of requests that belong to an update.
 _UPDATE_TYPES = {MessageType.UPDATE, MessageType.IMAGE, MessageType.WRITE, MessageType.PROGRESS, MessageType.RESTART}
 
+#: Types of requests that belong to a calibration.
+_CALIBRATION_TYPES = {MessageType.CALIBRATE, MessageType.RECORD, MessageType.ADOPT, MessageType.CALIBRATION,
+                      MessageType.RECALL, MessageType.FORGET}
+
 #: Reasons why an update failed, in words.
 _FAILURES: dict[int, str] = {
     payloads.UpdateFailure.CHECKSUM:  "it arrived damaged, try again",
@@ -59,6 +63,12 @@ def refusal(reply: Message) -> LiteStereoError:
         reason = f"an update is {_name(payloads.UpdateState, detail)}"
     if code == ErrorCode.TYPE and request_type in _UPDATE_TYPES - {MessageType.RESTART}:
         reason = "it has no flash for firmware"
+    if code == ErrorCode.STATE and request_type in _CALIBRATION_TYPES:
+        reason = f"a calibration is {_name(payloads.CalibrationState, detail)}"
+    if code == ErrorCode.SIZE and request_type == MessageType.CALIBRATE:
+        reason = "the calibration is too long for the device's memory"
+    if code == ErrorCode.TYPE and request_type in _CALIBRATION_TYPES:
+        reason = "it was built without rectification"
     return DeviceRefused(f"the device refused {request}: {reason}", code, detail)
 
 
@@ -80,14 +90,27 @@ def _reason(code: int, frame_id: int, detail: int) -> str:
         ErrorCode.SIZE:       f"{_SIZES.get(detail, 'the size of the image')}, see `litestereo info`",
         ErrorCode.MATCHER:    f"the accelerator reported error {detail}",
         ErrorCode.TIMEOUT:    f"the accelerator did not finish within {detail} clocks",
-        ErrorCode.FEATURE:    f"it was not built for that value of {_parameter(detail)}, see `litestereo info`",
+        ErrorCode.FEATURE:    f"it was not built for {_built(detail)}, see `litestereo info`",
         ErrorCode.BUSY:       f"another host is using it; if that host stays silent it is free in {detail/1000:.1f} s",
         ErrorCode.DUPLICATE:  f"frame {detail} is already in use",
+        ErrorCode.CALIBRATION: _calibration(detail),
+        ErrorCode.FLASH:      "it has no flash for a calibration, or the flash does not keep it",
     }
     return reasons.get(ErrorCode(code), "") if code in set(ErrorCode) else f"error {code}, detail {detail}"
 
 
-def _name(states: type[payloads.FrameState] | type[payloads.UpdateState], number: int) -> str:
+def _built(detail: int) -> str:
+    return f"that value of {_parameter(detail)}" if detail else "rectification"
+
+
+def _calibration(detail: int) -> str:
+    if not detail:
+        return "it has no calibration, write one first"
+    return f"its calibration is for images of {detail >> 16}x{detail & 0xffff} pixels"
+
+
+def _name(states: type[payloads.FrameState] | type[payloads.UpdateState] | type[payloads.CalibrationState],
+          number: int) -> str:
     return states(number).name.lower() if number in set(states) else f"in state {number}"
 
 

@@ -38,6 +38,11 @@ MORE_CAPABILITIES = replace(CAPABILITIES, more={1: 16, 2: 262136, 0xffff: 7})
 STATUS = payloads.FrameStatus(state=payloads.FrameState.DONE, slot=1, error=0, clocks=123456,
                               first_row_clocks=2345, first_missing=0xffffffff)
 
+RECTIFIED_STATUS = replace(STATUS, flags=5, grid_crc=0x89abcdef)
+
+CALIBRATION = payloads.CalibrationStatus(state=payloads.CalibrationState.DONE, failure=0, kept=1, rows_needed=52,
+                                         rows=64, width=640, height=480, grid_crc=0x89abcdef, length=10296, room=20224)
+
 PROGRESS = payloads.UpdateProgress(state=payloads.UpdateState.WRITING, failure=0, done=20000, total=300000, room=262136)
 
 
@@ -66,6 +71,12 @@ def _types() -> Iterator[tuple[str, Message]]:
         (MessageType.WRITE,      0, 0,    b"",                            PROGRESS.pack()),
         (MessageType.PROGRESS,   0, 0,    b"",                            PROGRESS.pack()),
         (MessageType.RESTART,    0, 0,    b"",                            b""),
+        (MessageType.CALIBRATE,  0, 0,    payloads.pack_update(10296, 7), CALIBRATION.pack()),
+        (MessageType.RECORD,     0, 1024, bytes(range(256)) * 4,          b""),
+        (MessageType.ADOPT,      0, 0,    number(1),                      CALIBRATION.pack()),
+        (MessageType.CALIBRATION, 0, 0,   b"",                            CALIBRATION.pack()),
+        (MessageType.RECALL,     0, 512,  number(len(map_row)),           map_row),
+        (MessageType.FORGET,     0, 0,    b"",                            CALIBRATION.pack()),
     ]
     for sequence, (kind, frame_id, offset, payload, answer) in enumerate(exchanges, start=1):
         session = 0 if kind == MessageType.HELLO else SESSION
@@ -94,6 +105,10 @@ def _edges() -> Iterator[tuple[str, Message]]:
         yield f"random_{length}", upload(generator.randbytes(length))
     for gap in (253, 254, 255):
         yield f"zero_every_{gap}", upload((b"\x5a" * gap + b"\0") * 4)
+    options = payloads.FrameOption.RECTIFIED | payloads.FrameOption.RIGHT
+    opened  = payloads.pack_size(247, 166, options)
+    yield "open_request_with_options", Message(MessageType.OPEN, SESSION, 1, 7, 0, opened)
+    yield "status_reply_with_more", Message(MessageType.STATUS, SESSION, 2, 7, 0, b"").reply(RECTIFIED_STATUS.pack())
     yield "hello_reply_with_more", Message(MessageType.HELLO, 0, 1, 0, 0, b"").reply(MORE_CAPABILITIES.pack())
     largest = 0xffffffff
     yield "largest_fields", Message(MessageType.READ, largest, largest, largest, largest, b"\xff" * 4)

@@ -31,6 +31,7 @@ typedef enum {
     STATUS_CRC,           /**< The checksum does not match. */
     STATUS_PROTECTED,     /**< The flash is write-protected. */
     STATUS_NO_RECORD,     /**< The flash has no such record. */
+    STATUS_ROWS,          /**< The map of a rectification needs more rows than gateware keeps. */
 } status_t;
 
 /** Name of a status for messages, such as "timeout"; "unknown" for a number that is none. */

@@ -50,7 +50,7 @@ typedef struct {
 
 /** A frame to match: images and map in raster order, without gaps between rows, in main RAM, aligned for the DMA.
  *
- * Images and map belong to the driver from stereo_submit to the end of the job.
+ * They belong to the driver from stereo_submit to the end of the job.
  */
 typedef struct {
     const uint8_t    *left;      /**< width x height bytes, aligned. */
@@ -58,6 +58,11 @@ typedef struct {
     void             *map;       /**< width x height int16, aligned; stereo_map_bytes() bytes. */
     stereo_settings_t settings;  /**< Size and matching parameters. */
     bool              streamed;  /**< Pixels come from the frame link: images are not read, but must be aligned. */
+    /* All 0 without the feature `rectification`; see rectification.h. */
+    bool              rectified; /**< The pair is rectified. */
+    uint8_t           grid;      /**< By this grid of gateware, 0 or 1. */
+    void             *left_out;  /**< Gets the left image as the matcher does, aligned, stereo_image_bytes(); or null. */
+    void             *right_out; /**< Gets the right one. */
 } stereo_job_t;
 
 /** Error codes of the status register. */
@@ -73,6 +78,8 @@ typedef struct {
     stereo_error_t error;             /**< The gateware's error code. */
     uint32_t       clocks;            /**< From the start to the last write; after STATUS_TIMEOUT, the clocks waited. */
     uint32_t       first_row_clocks;  /**< From the start to the end of the first row with disparities. */
+    bool           row_gone;          /**< Rectified with too few rows: some pixels are black. */
+    bool           folded;            /**< Rectified by a map that folds over. */
 } stereo_result_t;
 
 /** Counts since stereo_init, modulo 2**32.

@@ -55,13 +55,15 @@ enum litestereo_feature {
 
 /** Numbers of the values after the fixed fields of the capabilities; they have no gaps. */
 enum litestereo_capability {
-    LITESTEREO_CAPABILITY_DMA_ALIGNMENT     = 1,  /**< Alignment of images and maps in the device's memory, bytes. */
-    LITESTEREO_CAPABILITY_UPDATE_BYTES      = 2,  /**< Largest firmware that an update can write, 0 without flash, bytes. */
-    LITESTEREO_CAPABILITY_MAX_PREFILTER_CAP = 3,  /**< Largest `prefilter_cap`, 0: all of its range. */
+    LITESTEREO_CAPABILITY_DMA_ALIGNMENT        = 1,  /**< Alignment of images and maps in the device's memory, bytes. */
+    LITESTEREO_CAPABILITY_UPDATE_BYTES         = 2,  /**< Largest firmware that an update can write, 0 without flash, bytes. */
+    LITESTEREO_CAPABILITY_MAX_PREFILTER_CAP    = 3,  /**< Largest `prefilter_cap`, 0: all of its range. */
+    LITESTEREO_CAPABILITY_RECTIFICATION_ROWS   = 4,  /**< Rows of the raw images that the rectification keeps, rows. */
+    LITESTEREO_CAPABILITY_RECTIFICATION_HEIGHT = 5,  /**< Highest frame that can be rectified, pixels. */
 };
 
 /** Number of values of enum litestereo_capability. */
-#define LITESTEREO_CAPABILITIES 3u
+#define LITESTEREO_CAPABILITIES 5u
 
 /** The stages of the matcher, as X(FEATURE). */
 #define LITESTEREO_STAGE_TABLE(X) \

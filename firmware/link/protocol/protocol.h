@@ -36,6 +36,8 @@
 #define PROTOCOL_NAME_OFFSET       36u
 #define PROTOCOL_NAME_SIZE         16u
 #define PROTOCOL_STATUS_SIZE       16u
+#define PROTOCOL_STATUS_MORE       8u
+#define PROTOCOL_CALIBRATION_SIZE  24u
 #define PROTOCOL_PROGRESS_SIZE     16u
 #define PROTOCOL_ERROR_SIZE        8u
 #define PROTOCOL_PARAMETER_SIZE    8u
@@ -54,47 +56,70 @@ enum protocol_header {
 
 /** Types of requests; a reply has PROTOCOL_REPLY_BIT set as well. */
 enum protocol_type {
-    TYPE_HELLO      = 0x01,
-    TYPE_CONFIGURE  = 0x02,
-    TYPE_OPEN       = 0x03,
-    TYPE_UPLOAD     = 0x04,
-    TYPE_START      = 0x05,
-    TYPE_STATUS     = 0x06,
-    TYPE_READ       = 0x07,
-    TYPE_RELEASE    = 0x08,
-    TYPE_STATISTICS = 0x09,
-    TYPE_BYE        = 0x0a,
-    TYPE_MISSING    = 0x0b,
-    TYPE_STREAM     = 0x0c,
-    TYPE_PAIRS      = 0x0d,
-    TYPE_UPDATE     = 0x0e,
-    TYPE_IMAGE      = 0x0f,
-    TYPE_WRITE      = 0x10,
-    TYPE_PROGRESS   = 0x11,
-    TYPE_RESTART    = 0x12,
-    TYPE_ERROR      = 0xff,
+    TYPE_HELLO       = 0x01,
+    TYPE_CONFIGURE   = 0x02,
+    TYPE_OPEN        = 0x03,
+    TYPE_UPLOAD      = 0x04,
+    TYPE_START       = 0x05,
+    TYPE_STATUS      = 0x06,
+    TYPE_READ        = 0x07,
+    TYPE_RELEASE     = 0x08,
+    TYPE_STATISTICS  = 0x09,
+    TYPE_BYE         = 0x0a,
+    TYPE_MISSING     = 0x0b,
+    TYPE_STREAM      = 0x0c,
+    TYPE_PAIRS       = 0x0d,
+    TYPE_UPDATE      = 0x0e,
+    TYPE_IMAGE       = 0x0f,
+    TYPE_WRITE       = 0x10,
+    TYPE_PROGRESS    = 0x11,
+    TYPE_RESTART     = 0x12,
+    TYPE_CALIBRATE   = 0x13,
+    TYPE_RECORD      = 0x14,
+    TYPE_ADOPT       = 0x15,
+    TYPE_CALIBRATION = 0x16,
+    TYPE_RECALL      = 0x17,
+    TYPE_FORGET      = 0x18,
+    TYPE_ERROR       = 0xff,
 };
 
 /** Codes of an ERROR reply. */
 enum protocol_error {
-    ERROR_NONE       = 0,
-    ERROR_VERSION    = 1,
-    ERROR_TYPE       = 2,
-    ERROR_SESSION    = 3,
-    ERROR_LENGTH     = 4,
-    ERROR_PARAMETER  = 5,
-    ERROR_RANGE      = 6,
-    ERROR_NO_SLOT    = 7,
-    ERROR_FRAME      = 8,
-    ERROR_STATE      = 9,
-    ERROR_OFFSET     = 10,
-    ERROR_INCOMPLETE = 11,
-    ERROR_SIZE       = 12,
-    ERROR_MATCHER    = 13,
-    ERROR_TIMEOUT    = 14,
-    ERROR_DUPLICATE  = 15,
-    ERROR_FEATURE    = 16,
-    ERROR_BUSY       = 17,
+    ERROR_NONE        = 0,
+    ERROR_VERSION     = 1,
+    ERROR_TYPE        = 2,
+    ERROR_SESSION     = 3,
+    ERROR_LENGTH      = 4,
+    ERROR_PARAMETER   = 5,
+    ERROR_RANGE       = 6,
+    ERROR_NO_SLOT     = 7,
+    ERROR_FRAME       = 8,
+    ERROR_STATE       = 9,
+    ERROR_OFFSET      = 10,
+    ERROR_INCOMPLETE  = 11,
+    ERROR_SIZE        = 12,
+    ERROR_MATCHER     = 13,
+    ERROR_TIMEOUT     = 14,
+    ERROR_DUPLICATE   = 15,
+    ERROR_FEATURE     = 16,
+    ERROR_BUSY        = 17,
+    ERROR_CALIBRATION = 18,
+    ERROR_FLASH       = 19,
+};
+
+/** Options of OPEN and STREAM; bits. */
+enum protocol_option {
+    OPTION_RECTIFIED = 1,
+    OPTION_LEFT      = 2,
+    OPTION_RIGHT     = 4,
+    OPTIONS_ALL      = 7,
+};
+
+/** Flags of a frame's status; bits. */
+enum protocol_flag {
+    FLAG_RECTIFIED = 1,
+    FLAG_ROW_GONE  = 2,
+    FLAG_FOLDED    = 4,
 };
 
 /** Details of ERROR_SIZE. */

@@ -32,7 +32,7 @@ int main(int arguments, char **argument)
     static const long others[] = {-1, 0x7f, 0x80, 0xff, 0x100, 0x7fffffff};
     int               count    = count_names();
 
-    REQUIRE(count == STATUS_NO_RECORD + 1 && STATUS_OK == 0);
+    REQUIRE(count == STATUS_ROWS + 1 && STATUS_OK == 0);
     for (int status = count; status < 100000; status++) {
         REQUIRE(strcmp(status_name((status_t)status), "unknown") == 0);
     }

@@ -9,6 +9,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "fake_grids.h"
+#include "fake_rectifier.h"
 #include "fake_stream.h"
 #include "generated/csr.h"
 #include "reference/stereo_bm.h"
@@ -27,8 +29,13 @@ fake_stereo_t fake_stereo = {
 
 static struct {
     uint32_t left, right, map;
+    uint32_t out[2];      /* Addresses of the images that come out. */
     stereo_settings_t settings;
     bool     streamed;
+    bool     rectified;
+    unsigned grid;
+    bool     wanted[2];   /* Left and right image come out. */
+    uint8_t *images;      /* Both, as the matcher gets them. */
     bool     busy;
     uint32_t code, clocks, first_row_clocks, frames, pending, enable;
     uint64_t ready;
@@ -51,8 +58,17 @@ static void end(uint32_t code)
     if (code == CODE_NONE) {
         regs.result[0] = fake_stereo.wrong_pixel ? 0 : regs.result[0];
         memcpy(memory_at(regs.map), regs.result, map_size());
+        for (unsigned camera = 0; camera < 2; camera++) {
+            if (regs.wanted[camera]) {
+                memcpy(memory_at(regs.out[camera]), regs.images + camera * map_size() / 2, map_size() / 2);
+            }
+        }
+        fake_grids.flags = regs.rectified ? fake_stereo.flags : 0;
         regs.frames++;
     }
+    fake_grids.in_use = -1;
+    free(regs.images);
+    regs.images = NULL;
     free(regs.result);
     regs.result   = NULL;
     regs.busy     = false;
@@ -60,10 +76,30 @@ static void end(uint32_t code)
     regs.pending |= code == CODE_NONE ? EVENT_DONE : EVENT_ERROR;
 }
 
+/* The images that the matcher gets. */
+static void make_images(const uint8_t *left, const uint8_t *right)
+{
+    const uint8_t *raw[2] = {left, right};
+    uint32_t       pixels = map_size() / 2;
+
+    regs.images = malloc(map_size());
+    for (unsigned camera = 0; camera < 2; camera++) {
+        if (regs.rectified) {
+            fake_rectify(regs.grid, camera, regs.settings.width, regs.settings.height, raw[camera],
+                regs.images + camera * pixels);
+        } else {
+            memcpy(regs.images + camera * pixels, raw[camera], pixels);
+        }
+    }
+}
+
 static void match(const uint8_t *left, const uint8_t *right)
 {
     uint32_t *scratch = malloc(4 * stereo_bm_scratch_words(&regs.settings));
 
+    make_images(left, right);
+    left  = regs.images;
+    right = regs.images + map_size() / 2;
     /* Computing on this computer takes no time of the device. */
     regs.ready  = fake_stereo.clock() + regs.clocks;
     regs.result = malloc(map_size());
@@ -104,10 +140,12 @@ static void start(void)
     regs.clocks           = (uint32_t)regs.settings.width * regs.settings.height * fake_stereo.clocks_per_pixel;
     regs.first_row_clocks = regs.settings.width * (regs.settings.block_size / 2u + 1) * fake_stereo.clocks_per_pixel;
     if (stereo_settings_check(&regs.settings, &limits) != STEREO_FIELD_NONE || regs.settings.height > 4095
-        || regs.settings.width > fake_stereo.max_width) {
+        || regs.settings.width > fake_stereo.max_width
+        || (regs.rectified && fake_grids.size[regs.grid] != (regs.settings.width | (uint32_t)regs.settings.height << 16))) {
         end(CODE_CONFIG);
         return;
     }
+    fake_grids.in_use = regs.rectified ? (int)regs.grid : -1;
     /* The images are read now and the map is written at the end: the firmware must allow for both. */
     if (!regs.streamed) {
         match(memory_at(regs.left), memory_at(regs.right));
@@ -158,6 +196,8 @@ void stereo_uniqueness_ratio_write(uint8_t value)   { regs.settings.uniqueness_r
 void stereo_disp12_max_diff_write(uint8_t value)    { regs.settings.disp12_max_diff = value == 255 ? -1 : value; }
 void stereo_ev_pending_write(uint32_t value)        { regs.pending &= ~value; }
 void stereo_ev_enable_write(uint32_t value)         { regs.enable = value; }
+void stereo_left_out_base_write(uint32_t value)     { regs.out[0] = value; }
+void stereo_right_out_base_write(uint32_t value)    { regs.out[1] = value; }
 
 void stereo_options_write(uint8_t value)
 {
@@ -165,6 +205,10 @@ void stereo_options_write(uint8_t value)
     regs.settings.subpixel = (value & 2) != 0;
     regs.settings.median   = (value & 4) != 0;
     regs.streamed          = (value & 8) != 0;
+    regs.rectified         = (value & 16) != 0;
+    regs.grid              = (value & 32) != 0;
+    regs.wanted[0]         = (value & 64) != 0;
+    regs.wanted[1]         = (value & 128) != 0;
 }
 
 uint32_t stereo_status_read(void)           { return regs.busy | regs.code << 8; }

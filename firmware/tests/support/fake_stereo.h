@@ -25,6 +25,7 @@ typedef struct {
     uint32_t deaf;              /**< Number of aborts that it ignores. */
     bool     bus_error;         /**< Ends every frame with a bus error. */
     bool     wrong_pixel;       /**< The first pixel of every map is wrong. */
+    uint32_t flags;             /**< What the register `rectification` tells of every rectified frame. */
     uint64_t (*clock)(void);    /**< Simulated time in clocks. */
 } fake_stereo_t;
 

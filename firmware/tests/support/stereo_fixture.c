@@ -6,6 +6,8 @@
 
 #include "stereo_fixture.h"
 
+#include <stddef.h>
+
 #include "mock_csr.h"
 #include "require.h"
 
@@ -56,6 +58,10 @@ static void expect_submission(void)
     expect_write("left_base", 0x40010000);
     expect_write("right_base", 0x40020000);
     expect_write("disparity_base", 0x40030000);
+    if ((features & LITESTEREO_FEATURE_RECTIFICATION) != 0) {
+        expect_write("left_out_base", (uint32_t)(uintptr_t)job.left_out);
+        expect_write("right_out_base", (uint32_t)(uintptr_t)job.right_out);
+    }
     expect_write("width", 320);
     expect_write("height", 240);
     expect_write("disparities", 32);
@@ -66,7 +72,8 @@ static void expect_submission(void)
     expect_write("uniqueness_ratio", 15);
     expect_write("disp12_max_diff", job.settings.disp12_max_diff < 0 ? 255 : (uint32_t)job.settings.disp12_max_diff);
     expect_write("options", (job.settings.xsobel ? 1 : 0) | (job.settings.subpixel ? 2 : 0)
-        | (job.settings.median ? 4 : 0) | (job.streamed ? 8 : 0));
+        | (job.settings.median ? 4 : 0) | (job.streamed ? 8 : 0) | (job.rectified ? 16u + 32u * job.grid : 0)
+        | (job.left_out != NULL ? 64 : 0) | (job.right_out != NULL ? 128 : 0));
     expect_write("ev_pending", 3);
     expect_call("memory_to_device");
     expect_write("control", 1);
@@ -93,5 +100,8 @@ void expect_end(uint32_t clocks, uint32_t first_row_clocks)
     expect_read("status", 0);
     expect_read("clocks", clocks);
     expect_read("first_row_clocks", first_row_clocks);
+    if ((features & LITESTEREO_FEATURE_RECTIFICATION) != 0) {
+        expect_read("rectification", 1);
+    }
     expect_call("memory_from_device");
 }

@@ -34,6 +34,16 @@
 #define CSR_STEREO_OPTIONS_SUBPIXEL_OFFSET 1
 #define CSR_STEREO_OPTIONS_MEDIAN_OFFSET 2
 #define CSR_STEREO_OPTIONS_STREAMED_OFFSET 3
+#define CSR_STEREO_OPTIONS_RECTIFIED_OFFSET 4
+#define CSR_STEREO_OPTIONS_GRID_OFFSET 5
+#define CSR_STEREO_OPTIONS_LEFT_OUT_OFFSET 6
+#define CSR_STEREO_OPTIONS_RIGHT_OUT_OFFSET 7
+#define CSR_STEREO_PLACE_ADDR 0xf0001070L
+#define CSR_STEREO_PLACE_GRID_OFFSET 16
+#define CSR_STEREO_PLACE_CAMERA_OFFSET 17
+#define CSR_STEREO_RECTIFICATION_ROW_GONE_OFFSET 0
+#define CSR_STEREO_RECTIFICATION_FOLDED_OFFSET 1
+#define CSR_STEREO_RECTIFICATION_LOST_OFFSET 2
 #define CSR_STEREO_FEATURES_XSOBEL_OFFSET 0
 #define CSR_STEREO_FEATURES_RAW_OFFSET 1
 #define CSR_STEREO_FEATURES_TEXTURE_OFFSET 2
@@ -59,6 +69,12 @@ void stereo_uniqueness_ratio_write(uint8_t value);
 void stereo_disp12_max_diff_write(uint8_t value);
 void stereo_options_write(uint8_t value);
 void stereo_control_write(uint8_t value);
+void stereo_left_out_base_write(uint32_t value);
+void stereo_right_out_base_write(uint32_t value);
+void stereo_place_write(uint32_t value);
+void stereo_node_write(uint32_t value);
+void stereo_grid0_size_write(uint32_t value);
+void stereo_grid1_size_write(uint32_t value);
 void stereo_ev_pending_write(uint32_t value);
 void stereo_ev_enable_write(uint32_t value);
 
@@ -73,6 +89,8 @@ uint32_t stereo_block_sizes_read(void);
 uint32_t stereo_max_prefilter_cap_read(void);
 uint32_t stereo_features_read(void);
 uint32_t stereo_dma_alignment_read(void);
+uint32_t stereo_rows_read(void);
+uint32_t stereo_rectification_read(void);
 uint32_t stereo_ev_pending_read(void);
 
 #ifdef CSR_FRAME_LINK_BASE
