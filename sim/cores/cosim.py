@@ -7,6 +7,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +16,7 @@ from numpy.typing import NDArray
 from ...gateware.common.parameters import MatcherParameters
 from ...gateware.matcher.matcher import Matcher, matcher_settings
 from ..models.settings import Settings
+from .rectified_matcher import LOAD, RectifiedMatcher, check_grids
 from .stream_core import StreamCore
 
 __all__ = ["CosimMatcher", "MatcherParameters", "pixel_words", "signals"]
@@ -45,7 +47,7 @@ def signals(width: int, height: int, settings: Settings) -> dict[str, int]:
 
 
 class CosimMatcher:
-    """`Matcher` in Verilator, in this process.
+    """`Matcher` in Verilator, in this process; with the feature "rectification" a `Rectifier` before it.
 
     Parameters
     ----------
@@ -56,11 +58,29 @@ class CosimMatcher:
     """
     def __init__(self, parameters: MatcherParameters, trace: Path | None = None) -> None:
         self.parameters = parameters
-        self.core       = StreamCore(Matcher(parameters),
-                                     [name for name, *_ in matcher_settings(parameters)] + ["reset"], trace=trace)
+        self.rectifies  = "rectification" in parameters.features
+        settings        = [name for name, *_ in matcher_settings(parameters)] + ["reset"]
+        self._loaded: tuple[NDArray[np.int16], ...] = ()
+        if self.rectifies:
+            self.core = StreamCore(RectifiedMatcher(parameters), [*settings, "bypass", *LOAD], status=["row_gone"],
+                                   trace=trace)
+        else:
+            self.core = StreamCore(Matcher(parameters), settings, trace=trace)
+
+    def load_grids(self, grids: Sequence[NDArray[np.int16]]) -> None:
+        """Load the grids of the left and the right camera: int16, rows x columns x 2, in 128ths of a pixel."""
+        idle = np.zeros((0, self.core.sink_words), np.uint32)
+        for camera, grid in enumerate(grids):
+            for node, (column, row) in enumerate(grid.reshape(-1, 2).astype(int).tolist()):
+                self.core.set(load=1, load_camera=camera, load_node=node, load_column=column & 0xffff,
+                              load_row=row & 0xffff)
+                self.core.run(idle, 1, ready=0, idle_clocks=1)
+        self.core.set(load=0)
+        self._loaded = tuple(grids)
 
     def match_settings(self, left: NDArray[np.uint8], right: NDArray[np.uint8], settings: Settings, *,
-                       valid: float = 1.0, ready: float = 1.0, seed: int = 0) -> tuple[NDArray[np.int16], int, int]:
+                       valid: float = 1.0, ready: float = 1.0, seed: int = 0,
+                       grids: Sequence[NDArray[np.int16]] | None = None) -> tuple[NDArray[np.int16], int, int]:
         """Match one pair.
 
         Parameters
@@ -73,6 +93,8 @@ class CosimMatcher:
             Chance, per clock, that a pixel pair is offered and that the map's next pixel is taken.
         seed
             Seeds these chances.
+        grids
+            Grids of the left and the right camera, by which the pair is rectified first: see `load_grids`.
 
         Returns
         -------
@@ -82,16 +104,32 @@ class CosimMatcher:
         Raises
         ------
         RuntimeError
-            The core stopped short of a whole map.
+            The core stopped short of a whole map, or a row was gone.
+        ValueError
+            What is built cannot rectify by the grids, for example because they need more rows than it keeps.
         """
         height, width = left.shape
         pixels        = height*width
+        if grids is not None:
+            check_grids(self.parameters, grids, width, height)
+            if len(self._loaded) != len(grids) or any(one is not other
+                                                      for one, other in zip(self._loaded, grids, strict=True)):
+                self.load_grids(grids)
+        if self.rectifies:
+            self.core.set(bypass=int(grids is None))
         self.core.set(**signals(width, height, settings))
-        result = self.core.run(pixel_words(left, right), pixels, valid=valid, ready=ready, seed=seed,
+        words  = pixel_words(left, right)
+        result = self.core.run(words, pixels, valid=valid, ready=ready, seed=seed,
                                probe=(settings.block_size//2 + 1)*width - 1)
-        if len(result.words) != pixels or result.accepted != pixels:
+        taken  = result.accepted
+        if grids is not None and taken < pixels:
+            # Raw rows below the last one that a pixel needed.
+            taken += self.core.run(words[taken:], 1, idle_clocks=100).accepted
+        if len(result.words) != pixels or taken != pixels:
             self.core.reset()
-            raise RuntimeError(f"the matcher took {result.accepted} and gave {len(result.words)} of {pixels} pixels")
+            raise RuntimeError(f"the matcher took {taken} and gave {len(result.words)} of {pixels} pixels")
+        if grids is not None and self.core.get("row_gone"):
+            raise RuntimeError("a row of the raw images was gone when a pixel needed it")
         expected = np.zeros(pixels, bool)
         expected[-1] = True
         if not np.array_equal(result.last, expected) or not np.array_equal(result.first, expected[::-1]):

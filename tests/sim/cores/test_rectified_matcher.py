@@ -1,0 +1,68 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""The matcher with the rectification before it, in Verilator, against OpenCV: cv2.remap, then cv2.StereoBM."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from litestereo.gateware.common.parameters import OPENCV_FEATURES, MatcherParameters
+from litestereo.host_tools.core.settings import MatcherSettings
+from litestereo.sim.cores.cosim import CosimMatcher
+from litestereo.sim.cores.rectified_matcher import check_grids
+from support.opencv import same_as_opencv
+from support.pairs import generator, textured_pair
+from support.rectification_maps import lens, maps_of, opencv_remap, shifted
+
+WIDTH, HEIGHT = 160, 120
+SETTINGS      = MatcherSettings(32, 9)
+
+
+def built(rows):
+    return MatcherParameters(WIDTH, disparities=32, max_block_size=9, features=(*OPENCV_FEATURES, "rectification"),
+                             rectification_rows=rows, rectification_height=HEIGHT)
+
+
+@pytest.fixture(scope="module")
+def matcher():
+    """Return a build of 96 rows."""
+    matcher = CosimMatcher(built(96))
+    yield matcher
+    matcher.close()
+
+
+def test_opencv(matcher):
+    """The map is OpenCV's of the pair that cv2.remap rectifies; a build of 64 rows refuses the last of the grids."""
+    rng = generator(330)
+    for apart in (0, 0, 70):
+        level = lens(WIDTH, HEIGHT, rng), lens(WIDTH, HEIGHT, rng)
+        grids = (level[0], level[1] + shifted(WIDTH, HEIGHT, 0, apart))
+        left, right = textured_pair(WIDTH, HEIGHT, rng, 12)
+        rectified   = [opencv_remap(*one) for one in zip((left, right), maps_of(grids, WIDTH, HEIGHT), strict=True)]
+        found, *_   = matcher.match_settings(left, right, SETTINGS, grids=grids)
+        same_as_opencv(found, rectified[0], rectified[1], SETTINGS)
+        found, *_   = matcher.match_settings(left, right, SETTINGS)
+        same_as_opencv(found, left, right, SETTINGS)
+    with pytest.raises(ValueError, match="the map needs [78]. rows of the images at once, this build keeps 64"):
+        check_grids(built(64), grids, WIDTH, HEIGHT)
+
+
+def test_refused(matcher):
+    """Grids of another size, maps that fold over, and a build without rectification are refused."""
+    level = shifted(WIDTH, HEIGHT, 0, 0)
+    black = np.zeros((HEIGHT, WIDTH), np.uint8)
+    with pytest.raises(ValueError, match="grids are not those of frames of 160x120 pixels"):
+        matcher.match_settings(black, black, SETTINGS, grids=(level, level[:-1]))
+    folded = level.copy()
+    folded[3, 3, 0] = -16*128
+    with pytest.raises(ValueError, match="the map folds over"):
+        matcher.match_settings(black, black, SETTINGS, grids=(folded, level))
+    with pytest.raises(ValueError, match="no rectification"):
+        check_grids(MatcherParameters(), (level, level), WIDTH, HEIGHT)
+    higher = shifted(WIDTH, HEIGHT + 1, 0, 0)
+    with pytest.raises(ValueError, match="up to 120 rows, not 121"):
+        check_grids(built(96), (higher, higher), WIDTH, HEIGHT + 1)
