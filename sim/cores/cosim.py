@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,9 +18,9 @@ from ...gateware.common.parameters import MatcherParameters
 from ...gateware.matcher.matcher import Matcher, matcher_settings
 from ..models.settings import Settings
 from .rectified_matcher import LOAD, RectifiedMatcher, check_grids
-from .stream_core import StreamCore
+from .stream_core import RunResult, StreamCore
 
-__all__ = ["CosimMatcher", "MatcherParameters", "pixel_words", "signals"]
+__all__ = ["CosimMatcher", "MatcherParameters", "check_grids", "pixel_words", "signals"]
 
 
 def pixel_words(left: NDArray[np.uint8], right: NDArray[np.uint8]) -> NDArray[np.uint32]:
@@ -62,8 +63,8 @@ class CosimMatcher:
         settings        = [name for name, *_ in matcher_settings(parameters)] + ["reset"]
         self._loaded: tuple[NDArray[np.int16], ...] = ()
         if self.rectifies:
-            self.core = StreamCore(RectifiedMatcher(parameters), [*settings, "bypass", *LOAD], status=["row_gone"],
-                                   trace=trace)
+            self.core = StreamCore(RectifiedMatcher(parameters), [*settings, "bypass", "images", *LOAD],
+                                   status=["row_gone"], trace=trace)
         else:
             self.core = StreamCore(Matcher(parameters), settings, trace=trace)
 
@@ -109,33 +110,50 @@ class CosimMatcher:
             What is built cannot rectify by the grids, for example because they need more rows than it keeps.
         """
         height, width = left.shape
-        pixels        = height*width
-        if grids is not None:
-            check_grids(self.parameters, grids, width, height)
-            if len(self._loaded) != len(grids) or any(one is not other
-                                                      for one, other in zip(self._loaded, grids, strict=True)):
-                self.load_grids(grids)
         if self.rectifies:
-            self.core.set(bypass=int(grids is None))
+            self.core.set(bypass=int(grids is None), images=0)
+        if grids is not None:
+            self._choose_grids(grids, width, height)
         self.core.set(**signals(width, height, settings))
-        words  = pixel_words(left, right)
-        result = self.core.run(words, pixels, valid=valid, ready=ready, seed=seed,
-                               probe=(settings.block_size//2 + 1)*width - 1)
+        result    = self._run(pixel_words(left, right), grids is not None, valid=valid, ready=ready, seed=seed,
+                              probe=(settings.block_size//2 + 1)*width - 1)
+        disparity = result.words.astype(np.uint16).view(np.int16).reshape(height, width)
+        return disparity, result.clocks, result.probe_clock
+
+    def rectify(self, left: NDArray[np.uint8], right: NDArray[np.uint8],
+                grids: Sequence[NDArray[np.int16]]) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
+        """Return a pair (uint8, H x W each) as the matcher gets it; see `match_settings`, and for what it raises."""
+        height, width = left.shape
+        self._choose_grids(grids, width, height)
+        self.core.set(bypass=0, images=1, width=width, height=height)
+        words = self._run(pixel_words(left, right), True).words.reshape(height, width)
+        return (words & 0xff).astype(np.uint8), (words >> 8).astype(np.uint8)
+
+    def _choose_grids(self, grids: Sequence[NDArray[np.int16]], width: int, height: int) -> None:
+        """Load grids, unless they are loaded; raise ValueError if the build cannot rectify by them."""
+        check_grids(self.parameters, grids, width, height)
+        if len(self._loaded) != len(grids) or any(one is not other
+                                                  for one, other in zip(self._loaded, grids, strict=True)):
+            self.load_grids(grids)
+
+    def _run(self, words: NDArray[np.uint32], rectified: bool, **flow: Any) -> RunResult:
+        """Run a frame; raise RuntimeError if not all of it comes out, or a row was gone."""
+        pixels = len(words)
+        result = self.core.run(words, pixels, **flow)
         taken  = result.accepted
-        if grids is not None and taken < pixels:
+        if rectified and taken < pixels:
             # Raw rows below the last one that a pixel needed.
             taken += self.core.run(words[taken:], 1, idle_clocks=100).accepted
         if len(result.words) != pixels or taken != pixels:
             self.core.reset()
             raise RuntimeError(f"the matcher took {taken} and gave {len(result.words)} of {pixels} pixels")
-        if grids is not None and self.core.get("row_gone"):
+        if rectified and self.core.get("row_gone"):
             raise RuntimeError("a row of the raw images was gone when a pixel needed it")
         expected = np.zeros(pixels, bool)
         expected[-1] = True
         if not np.array_equal(result.last, expected) or not np.array_equal(result.first, expected[::-1]):
             raise RuntimeError("the marks of the map's first and last pixel are wrong")
-        disparity = result.words.astype(np.uint16).view(np.int16).reshape(height, width)
-        return disparity, result.clocks, result.probe_clock
+        return result
 
     def give_up(self) -> None:
         """Discard the frame, by the matcher's own reset, as the peripheral does between frames."""

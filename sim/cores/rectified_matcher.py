@@ -11,9 +11,11 @@ from collections.abc import Sequence
 
 import numpy as np
 from litex.gen import LiteXModule
-from migen import Signal
+from litex.soc.interconnect import stream
+from migen import Cat, If, Signal
 from numpy.typing import NDArray
 
+from ...gateware.common.layouts import disparity_layout
 from ...gateware.common.parameters import MatcherParameters
 from ...gateware.matcher.matcher import Matcher, matcher_settings
 from ...gateware.peripherals.rectification import LEAD, rectifier_parameters
@@ -25,20 +27,30 @@ LOAD = ["load", "load_camera", "load_node", "load_column", "load_row"]
 
 
 class RectifiedMatcher(LiteXModule):
-    """Raw pairs in, the map of the rectified ones out; with `bypass` the map of the raw ones."""
+    """Raw pairs in, the map of the rectified ones out; with `bypass` the map of the raw ones.
+
+    With `images` the rectified pairs come out in place of the map, the left pixel in the low bits.
+    """
 
     def __init__(self, parameters: MatcherParameters) -> None:
         self.rectifier = rectifier = Rectifier(rectifier_parameters(parameters))
         self.matcher   = matcher = Matcher(parameters)
         self.sink      = rectifier.sink
-        self.source    = matcher.source
+        self.source    = stream.Endpoint(disparity_layout())
+        self.images    = Signal()
         self.row_gone  = rectifier.row_gone
         self.bypass    = rectifier.bypass
         self.reset     = Signal()
         self.comb     += [
             rectifier.reset.eq(self.reset),
             matcher.reset.eq(self.reset),
-            rectifier.source.connect(matcher.sink),
+            If(self.images,
+                rectifier.source.connect(self.source, omit={"left", "right"}),
+                self.source.disparity.eq(Cat(rectifier.source.left, rectifier.source.right))
+            ).Else(
+                rectifier.source.connect(matcher.sink),
+                matcher.source.connect(self.source)
+            ),
             rectifier.lead.eq(LEAD),
             rectifier.width.eq(matcher.width),
             rectifier.height.eq(matcher.height),

@@ -11,7 +11,11 @@ import numpy as np
 import pytest
 
 from litestereo.gateware.common.parameters import OPENCV_FEATURES, MatcherParameters
+from litestereo.host_tools.core.errors import UnsupportedError
+from litestereo.host_tools.core.features import Feature
+from litestereo.host_tools.core.grid import Grid
 from litestereo.host_tools.core.settings import MatcherSettings
+from litestereo.host_tools.devices.connect import connect
 from litestereo.sim.cores.cosim import CosimMatcher
 from litestereo.sim.cores.rectified_matcher import check_grids
 from support.opencv import same_as_opencv
@@ -66,3 +70,47 @@ def test_refused(matcher):
     higher = shifted(WIDTH, HEIGHT + 1, 0, 0)
     with pytest.raises(ValueError, match="up to 120 rows, not 121"):
         check_grids(built(96), (higher, higher), WIDTH, HEIGHT + 1)
+
+
+def test_images(matcher):
+    """The pair as the matcher gets it is that of cv2.remap, and maps and pairs may alternate."""
+    rng   = generator(331)
+    grids = lens(WIDTH, HEIGHT, rng), lens(WIDTH, HEIGHT, rng)
+    maps  = maps_of(grids, WIDTH, HEIGHT)
+    for _ in range(2):
+        pair      = textured_pair(WIDTH, HEIGHT, rng, 12)
+        rectified = [opencv_remap(*one) for one in zip(pair, maps, strict=True)]
+        assert all(np.array_equal(*both) for both in zip(matcher.rectify(*pair, grids), rectified, strict=True))
+        found, *_ = matcher.match_settings(*pair, SETTINGS, grids=grids)
+        same_as_opencv(found, rectified[0], rectified[1], SETTINGS)
+
+
+def test_device():
+    """The device `cosim:` rectifies with the cores, and refuses grids for which it keeps too few rows."""
+    rng   = generator(332)
+    level = lens(WIDTH, HEIGHT, rng), lens(WIDTH, HEIGHT, rng)
+    grids = Grid(WIDTH, HEIGHT, level[0]), Grid(WIDTH, HEIGHT, level[1])
+    apart = Grid(WIDTH, HEIGHT, level[0]), Grid(WIDTH, HEIGHT, level[1] + shifted(WIDTH, HEIGHT, 0, 100))
+    pair  = textured_pair(WIDTH, HEIGHT, rng, 12)
+    with connect(f"cosim:?max_width={WIDTH}&disparities=32&max_block_size=9") as device:
+        assert device.info().features & Feature.RECTIFICATION
+        assert device.rectification_gap(grids) == ""
+        with pytest.raises(UnsupportedError, match="needs 1.. rows of the images at once, this build keeps 96"):
+            device.compute(*pair, SETTINGS, grids=apart)
+        left, right = (opencv_remap(*one) for one in zip(pair, maps_of(level, WIDTH, HEIGHT), strict=True))
+        result      = device.compute(*pair, SETTINGS, grids=grids, images=("left", "right"))
+        assert np.array_equal(result.left, left) and np.array_equal(result.right, right)
+        same_as_opencv(result.disparity, left, right, SETTINGS)
+        raw = device.compute(*pair, SETTINGS, images=("right",))
+        assert raw.left is None and np.array_equal(raw.right, pair[1])
+        same_as_opencv(raw.disparity, *pair, SETTINGS)
+        # From the first raw pixel on: the rows that the map is ahead count too.
+        assert result.clocks > raw.clocks
+
+
+def test_a_waveform_is_of_the_matcher_alone(tmp_path):
+    """With `trace` nothing rectifies."""
+    level = Grid(WIDTH, HEIGHT, shifted(WIDTH, HEIGHT, 0, 0))
+    with connect(f"cosim:?max_width={WIDTH}&disparities=32&max_block_size=9&trace={tmp_path}/wave.fst") as device:
+        assert not device.info().features & Feature.RECTIFICATION
+        assert device.rectification_gap((level, level)) == "the device does not rectify"
