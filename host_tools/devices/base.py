@@ -12,11 +12,11 @@ import contextlib
 import dataclasses
 import threading
 import warnings
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,6 +43,9 @@ LOCK_LIMIT_S = 60.0
 
 #: Width and height of the pictures that most cameras give, in pixels.
 VGA = (640, 480)
+
+#: Which images of a result are wanted.
+Images = Collection[Literal["left", "right"]]
 
 #: Left and right image: uint8, H x W.
 Pair = tuple[NDArray[np.uint8], NDArray[np.uint8]]
@@ -249,6 +252,8 @@ class Result:
         device counts no clocks. For a streamed frame they include the clocks in which the matcher waits for pixels.
     upload_s, match_s, download_s
         Wall-clock time on this host, in seconds. The phases of a streamed frame overlap.
+    left, right
+        The images as the matcher got them, uint8, H x W: rectified if the pair was; None if they were not asked for.
     """
 
     disparity:        NDArray[np.int16]
@@ -258,6 +263,20 @@ class Result:
     upload_s:         float
     match_s:          float
     download_s:       float
+    left:             NDArray[np.uint8] | None = None
+    right:            NDArray[np.uint8] | None = None
+
+
+def check_grid_size(image: NDArray[np.uint8], grids: GridPair | None) -> None:
+    """Raise ImageError if an image of a pair has another size than the grids that are to rectify it."""
+    if grids is not None and image.shape != (grids[0].height, grids[0].width):
+        raise ImageError(f"the images are {image.shape[1]}x{image.shape[0]} pixels, the grids are for "
+                         f"{grids[0].width}x{grids[0].height}")
+
+
+def chosen_images(pair: Pair, images: Images) -> dict[str, NDArray[np.uint8]]:
+    """Return copies of the images of a pair that are wanted, by their names in `Result`."""
+    return {name: image.copy() for name, image in zip(("left", "right"), pair, strict=True) if name in images}
 
 
 class DeviceLock:
@@ -312,7 +331,8 @@ class Device(abc.ABC):
 
     @abc.abstractmethod
     def stream(self, pairs: Iterable[Pair], settings: MatcherSettings | None = None,
-               progress: Progress | None = None, grids: GridPair | None = None) -> Iterator[Result]:
+               progress: Progress | None = None, grids: GridPair | None = None,
+               images: Images = ()) -> Iterator[Result]:
         """Match pair after pair, and yield the results in that order.
 
         Parameters
@@ -326,6 +346,8 @@ class Device(abc.ABC):
         grids
             Grids of the left and the right camera, with which the device rectifies each pair before it matches it; None
             if the pairs are rectified already.
+        images
+            Which images of the results are wanted, as the matcher gets them: "left", "right" or both.
 
         Raises
         ------
@@ -337,9 +359,9 @@ class Device(abc.ABC):
 
     def compute(self, left: NDArray[np.uint8], right: NDArray[np.uint8],
                 settings: MatcherSettings | None = None, progress: Progress | None = None,
-                grids: GridPair | None = None) -> Result:
+                grids: GridPair | None = None, images: Images = ()) -> Result:
         """Match one pair of images, uint8, H x W; see `stream` for the parameters and for what it raises."""
-        (result,) = self.stream([(left, right)], settings, progress, grids)
+        (result,) = self.stream([(left, right)], settings, progress, grids, images)
         return result
 
     def _check_grids(self, grids: GridPair | None) -> None:
@@ -385,6 +407,46 @@ class Device(abc.ABC):
         DeviceError
             The device has no console, or is gone.
         """
+
+    def calibration(self) -> bytes | None:
+        """Return the record of the calibration that the device uses; None if it uses none.
+
+        Raises
+        ------
+        UnsupportedError
+            The device keeps no calibration.
+        DeviceError
+            The device is gone, or does not answer.
+        """
+        raise UnsupportedError(f"{self.info().name} keeps no calibration")
+
+    def write_calibration(self, record: bytes, *, keep: bool = True, progress: Progress | None = None) -> None:
+        """Have the device rectify by a calibration from now on.
+
+        Parameters
+        ----------
+        record
+            The calibration record.
+        keep
+            Whether the device writes it to flash, and uses it from power-up; otherwise until its next reset.
+        progress
+            Called with the steps of "upload" and "write".
+
+        Raises
+        ------
+        GeometryError
+            It is no record, or the device has no room for it.
+        UnsupportedError
+            The device keeps no calibration.
+        DeviceError
+            The device does not accept it, as when its map needs more rows than the device keeps: the one before stays
+            in use. Or the device is gone, or does not answer.
+        """
+        raise UnsupportedError(f"{self.info().name} keeps no calibration")
+
+    def erase_calibration(self) -> None:
+        """Have the device use no calibration, and erase the one in its flash; raise as `calibration`."""
+        raise UnsupportedError(f"{self.info().name} keeps no calibration")
 
     def update_firmware(self, firmware: Path | bytes, *, restart: bool = True, progress: Progress | None = None,
                         restart_limit_s: float = RESTART_LIMIT_S) -> DeviceInfo:

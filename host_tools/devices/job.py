@@ -10,18 +10,20 @@ from __future__ import annotations
 import abc
 import time
 from collections import deque
+from dataclasses import dataclass
 from typing import ClassVar, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..core.errors import DeviceError, LinkTimeout
 from ..core.settings import MatcherSettings
 from ..link.link import Call, Link
 from ..protocol import payloads
 from ..protocol.messages import CHUNK_BYTES, ErrorCode, Message, MessageType
-from ..protocol.payloads import FrameState, FrameStatus
-from ..protocol.refusals import failed_frame, refusal
-from .base import Pair, Progress, Result
+from ..protocol.payloads import FrameFlag, FrameOption, FrameState, FrameStatus
+from ..protocol.refusals import failed_frame, refusal, spoiled_frame
+from .base import Images, Pair, Progress, Result, chosen_images
 
 #: Shortest and longest wait in seconds between two requests for a frame's status; it grows from one to the other.
 MIN_POLL_S = 0.0005
@@ -35,6 +37,42 @@ _OPEN_TRIES = 8
 
 #: Offset in the upload space, and bytes: one chunk of an image.
 Chunk = tuple[int, memoryview]
+
+
+#: Options of the images that come out, with their places in the download space, in pitches.
+_IMAGES = {"left": (FrameOption.LEFT, 2), "right": (FrameOption.RIGHT, 3)}
+
+
+@dataclass(frozen=True)
+class FrameRequest:
+    """What a device is to do with the pairs of a stream, and to send.
+
+    Parameters
+    ----------
+    settings
+        Settings that the device has been given.
+    rectified
+        Whether the device rectifies them.
+    grid_crc
+        CRC of the grid by which it does.
+    images
+        Images that are wanted on top of the maps.
+    """
+
+    settings:  MatcherSettings
+    rectified: bool   = False
+    grid_crc:  int    = 0
+    images:    Images = ()
+
+    @property
+    def options(self) -> FrameOption:
+        """Return the options of the frames: images that the matcher gets as they were sent are not fetched."""
+        if not self.rectified:
+            return FrameOption(0)
+        options = FrameOption.RECTIFIED
+        for name in self.images:
+            options |= _IMAGES[name][0]
+        return options
 
 
 class Upload(Protocol):
@@ -59,18 +97,18 @@ class Upload(Protocol):
 
 
 class Download(Protocol):
-    """A frame's map on its way to the host.
+    """A frame's map, or an image of it, on its way to the host.
 
-    `map` holds the bytes of the map, `stalled` counts the times that parts failed to come.
+    `data` holds the bytes, `stalled` counts the times that parts failed to come.
     """
 
-    map:      bytearray
+    data:     bytearray
     begun_at: float
     stalled:  int
 
     @property
     def done(self) -> bool:
-        """Return whether all of the map has come."""
+        """Return whether all of it has come."""
 
     @property
     def late_at(self) -> float:
@@ -106,8 +144,8 @@ class LinkContext(abc.ABC):
         """Return the upload of an open frame's images."""
 
     @abc.abstractmethod
-    def download(self, frame_id: int, map_bytes: int, progress: Progress | None) -> Download:
-        """Return the download of a matched frame's map."""
+    def download(self, frame_id: int, count: int, progress: Progress | None, offset: int = 0) -> Download:
+        """Return the download of `count` bytes of a matched frame from an offset: of the map, or of an image."""
 
 
 class FrameJob(abc.ABC):
@@ -121,8 +159,8 @@ class FrameJob(abc.ABC):
         Number of the frame in this session.
     pair
         Left and right image, which are copied.
-    settings
-        Settings that the device has been given.
+    request
+        What the device does with the frame, and sends.
     progress
         Called with the steps of "upload", "match" and "download".
     """
@@ -130,21 +168,22 @@ class FrameJob(abc.ABC):
     #: The request that takes a slot.
     OPENING: ClassVar[MessageType]
 
-    def __init__(self, context: LinkContext, frame_id: int, pair: Pair, settings: MatcherSettings,
+    def __init__(self, context: LinkContext, frame_id: int, pair: Pair, request: FrameRequest,
                  progress: Progress | None) -> None:
         self.frame_id           = frame_id
         self.released           = False
         self.height:              int
         self.width:               int
         self.height, self.width = pair[0].shape
-        self._settings          = settings
+        self._request           = request
         # Copies: a stream may fill the same arrays with the next pair.
-        self._images            = [memoryview(image.tobytes()) for image in pair]
+        self._sent              = [memoryview(image.tobytes()) for image in pair]
         self._context           = context
         self._link              = context.link
         self._progress          = progress
         self._upload:             Upload | None      = None
         self._download:           Download | None    = None
+        self._images_out:         dict[str, Download] = {}
         self._status:             FrameStatus | None = None
         self._call:               Call | None        = None
         self._opens             = 0
@@ -174,20 +213,26 @@ class FrameJob(abc.ABC):
 
     @property
     def arrived(self) -> bool:
-        """Return whether all of the map is here."""
-        return self._status is not None and self._download is not None and self._download.done
+        """Return whether all of the map and of the images is here."""
+        return self._status is not None and self._fetching is None and self._download is not None
+
+    @property
+    def _fetching(self) -> Download | None:
+        """Return what is fetched now, or as soon as the frame has been matched; None if all is here."""
+        every = [self._download, *self._images_out.values()]
+        return next((one for one in every if one is not None and not one.done), None)
 
     @property
     def wake_at(self) -> float:
         """Return the time of the next step if no reply comes."""
-        if self._first and self._status is not None and self._download is not None:
-            return self._download.late_at
+        if self._first and self._status is not None and (fetching := self._fetching) is not None:
+            return fetching.late_at
         return self._poll_at if self._asking and self._call is None else float("inf")
 
     def start(self) -> None:
         """Request a slot for the frame."""
         self._opens += 1
-        size = payloads.pack_size(self.width, self.height)
+        size = payloads.pack_size(self.width, self.height, self._request.options)
         self._call = self._link.submit(self.OPENING, size, self.frame_id, on_reply=self._on_slot,
                                        accepts=[ErrorCode.NO_SLOT])
 
@@ -208,12 +253,12 @@ class FrameJob(abc.ABC):
         self._asking = self._status is None and self._may_change(due)
         if self._asking and self._call is None and time.monotonic() >= self._poll_at:
             self._ask_status()
-        if first and self._status is not None and self._download is not None and not self._download.done:
-            self._download.fill()
+        if first and self._status is not None and (fetching := self._fetching) is not None:
+            fetching.fill()
             # If no map comes, the reply to STATUS tells whether there still is a session.
-            if self._download.stalled > self._stalls and self._call is None:
+            if fetching.stalled > self._stalls and self._call is None:
                 self._ask_status()
-            self._stalls = self._download.stalled
+            self._stalls = fetching.stalled
 
     @abc.abstractmethod
     def _advance(self) -> None:
@@ -238,16 +283,26 @@ class FrameJob(abc.ABC):
         """Return the frame's result, once the map is here; raise DeviceError before."""
         if self._status is None or self._upload is None or self._download is None:
             raise DeviceError(f"frame {self.frame_id} has not been matched")
-        disparity = np.frombuffer(self._download.map, "<i2").astype(np.int16)
+        disparity = np.frombuffer(self._download.data, "<i2").astype(np.int16)
         return Result(
             disparity        = disparity.reshape(self.height, self.width),
-            settings         = self._settings,
+            settings         = self._request.settings,
             clocks           = self._status.clocks,
             first_row_clocks = self._status.first_row_clocks,
             upload_s         = self._upload.ended_at - self._upload.begun_at,
             match_s          = self._matched_at - self._started_at,
             download_s       = self._downloaded_at - self._download.begun_at,
+            **self._images(),
         )
+
+    def _images(self) -> dict[str, NDArray[np.uint8]]:
+        """Return the images that are wanted: those that were sent, if the device has not rectified them."""
+        shape = (self.height, self.width)
+        if self._request.rectified:
+            return {name: np.frombuffer(one.data, np.uint8).reshape(shape).copy()
+                    for name, one in self._images_out.items()}
+        left, right = (np.frombuffer(image, np.uint8).reshape(shape) for image in self._sent)
+        return chosen_images((left, right), self._request.images)
 
     def _on_slot(self, reply: Message) -> None:
         if reply.type == MessageType.ERROR:
@@ -285,14 +340,37 @@ class FrameJob(abc.ABC):
         elif status.state not in (FrameState.READY, FrameState.MATCHING, FrameState.DONE):
             raise DeviceError(f"the device lost frame {self.frame_id} (state {status.state}): connect again")
         elif status.state == FrameState.DONE and self._status is None:
+            self._check_rectified(status)
             self._status     = status
             self._matched_at = now
             if self._progress is not None:
                 self._progress("match", 1, 1)
             self._on_matched()
+            self._fetch_images()
         elif status.state != FrameState.DONE and now - self._started_at > _MATCH_LIMIT_S:
             raise LinkTimeout(f"the device has not matched frame {self.frame_id} within {_MATCH_LIMIT_S:g} s: "
                               "restart it")
+
+    def _check_rectified(self, status: FrameStatus) -> None:
+        """Raise DeviceRefused if the frame was to be rectified, and was not as it should."""
+        if not self._request.rectified:
+            return
+        if not status.flags & FrameFlag.RECTIFIED or status.grid_crc != self._request.grid_crc:
+            raise spoiled_frame(self.frame_id, f"it used grid {status.grid_crc:08x} instead of "
+                                               f"{self._request.grid_crc:08x}")
+        if status.flags & FrameFlag.ROW_GONE:
+            raise spoiled_frame(self.frame_id, "a row of the images was gone when a pixel needed it")
+        if status.flags & FrameFlag.FOLDED:
+            raise spoiled_frame(self.frame_id, "its map folds over")
+
+    def _fetch_images(self) -> None:
+        """Prepare the downloads of the images."""
+        if not self._request.rectified:
+            return
+        pitch = payloads.frame_pitch(self.width, self.height)
+        for name in self._request.images:
+            self._images_out[name] = self._context.download(self.frame_id, self.width*self.height, self._progress,
+                                                            offset=_IMAGES[name][1]*pitch)
 
     @abc.abstractmethod
     def _on_matched(self) -> None:
@@ -308,8 +386,9 @@ class FrameJob(abc.ABC):
             self._link.drop(self._call)
         if self._upload is not None:
             self._upload.forget()
-        if self._download is not None:
-            self._download.forget()
+        for download in (self._download, *self._images_out.values()):
+            if download is not None:
+                download.forget()
 
 
 class StoredFrameJob(FrameJob):
@@ -317,9 +396,9 @@ class StoredFrameJob(FrameJob):
 
     OPENING: ClassVar[MessageType] = MessageType.OPEN
 
-    def __init__(self, context: LinkContext, frame_id: int, pair: Pair, settings: MatcherSettings,
+    def __init__(self, context: LinkContext, frame_id: int, pair: Pair, request: FrameRequest,
                  progress: Progress | None) -> None:
-        super().__init__(context, frame_id, pair, settings, progress)
+        super().__init__(context, frame_id, pair, request, progress)
         self._started = False
 
     @property
@@ -335,7 +414,7 @@ class StoredFrameJob(FrameJob):
     def _on_opened(self, reply: Message) -> None:
         _, pitch = payloads.unpack_opened(reply.payload)
         chunks   = [(base + offset, image[offset:offset + CHUNK_BYTES])
-                    for base, image in zip((0, pitch), self._images, strict=True)
+                    for base, image in zip((0, pitch), self._sent, strict=True)
                     for offset in range(0, len(image), CHUNK_BYTES)]
         self._upload = self._context.upload(self.frame_id, chunks, self._progress)
 

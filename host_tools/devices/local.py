@@ -9,20 +9,21 @@ from __future__ import annotations
 
 import subprocess
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.errors import DeviceError, ImageError, UrlError
+from ..core.errors import DeviceError, UrlError
 from ..core.features import ALL_STAGES, Feature
 from ..core.grid import GridPair
 from ..core.settings import DEFAULT_DISPARITIES, DISPARITY_STEP, MIN_BLOCK_SIZE, MatcherSettings
 from ..core.settings_table import MAX_HEIGHT
 from ..link.urls import DeviceUrl, parse_url
-from .base import Device, DeviceInfo, Pair, Progress, Result, check_pair
+from .base import Device, DeviceInfo, Images, Pair, Progress, Result, check_grid_size, check_pair, chosen_images
 from .registry import load, load_rectification
 
 #: Sizes of the model unless the URL says otherwise: only memory limits them.
@@ -34,6 +35,10 @@ _MODEL_MAX_BLOCK_SIZE  = 51
 _COSIM_MAX_WIDTH      = 1024
 _COSIM_MAX_HEIGHT     = MAX_HEIGHT
 _COSIM_MAX_BLOCK_SIZE = 21
+
+#: Rows of the rectification of the simulated gateware, and of the highest frame that it rectifies.
+_COSIM_ROWS             = 96
+_COSIM_RECTIFIED_HEIGHT = 1024
 
 #: Endings of the waveforms that the simulated gateware writes.
 _WAVEFORMS = (".fst", ".vcd")
@@ -52,6 +57,22 @@ class LocalMatcher(Protocol):
         """Free what the matcher holds."""
 
 
+class LocalRectification(Protocol):
+    """A matcher in this process with a rectification before it."""
+
+    def gap(self, grids: GridPair) -> str:
+        """Return why it cannot rectify with the grids; empty if it can."""
+
+    def match(self, pair: Pair, settings: MatcherSettings, grids: GridPair) -> MatchedPair:
+        """Rectify and match a pair (uint8, H x W each)."""
+
+    def rectify(self, pair: Pair, grids: GridPair) -> Pair:
+        """Return the pair as the matcher gets it."""
+
+    def close(self) -> None:
+        """Free what it holds."""
+
+
 class ModelMatcher:
     """The reference model in NumPy, which counts no clocks."""
 
@@ -66,15 +87,48 @@ class ModelMatcher:
         """Do nothing: the model holds nothing."""
 
 
-class GatewareMatcher:
-    """The gateware's Verilog in Verilator; raises what `sim.cores.cosim.CosimMatcher` raises."""
+class ModelRectification:
+    """The reference model of the gateware's rectification, in NumPy, before the model of the matcher."""
 
-    def __init__(self, max_width: int, disparities: int, max_block_size: int, trace: Path | None) -> None:
-        cosim         = load("cosim")
-        parameters    = cosim.MatcherParameters(max_width=max_width, disparities=disparities,
-                                                max_block_size=max_block_size)
-        self._matcher = cosim.CosimMatcher(parameters, trace)
-        self.features = int(parameters.feature_bits)
+    def __init__(self, matcher: ModelMatcher) -> None:
+        self._matcher = matcher
+        self._model   = load_rectification()
+        self._grids:    GridPair | None = None
+        self._maps:     list[Any] = []
+
+    def gap(self, _: GridPair) -> str:
+        """Return an empty text: the model can rectify with all grids."""
+        return ""
+
+    def match(self, pair: Pair, settings: MatcherSettings, grids: GridPair) -> MatchedPair:
+        """Rectify and match a pair (uint8, H x W each), without clocks."""
+        return self._matcher.match(*self.rectify(pair, grids), settings)
+
+    def rectify(self, pair: Pair, grids: GridPair) -> Pair:
+        """Rectify a pair (uint8, H x W each)."""
+        if grids is not self._grids:
+            self._maps  = [self._model.expand(grid.nodes, grid.width, grid.height) for grid in grids]
+            self._grids = grids
+        left, right = (self._model.remap(image, maps) for image, maps in zip(pair, self._maps, strict=True))
+        return left, right
+
+    def close(self) -> None:
+        """Do nothing: the model holds nothing."""
+
+
+class GatewareMatcher:
+    """The gateware's Verilog in Verilator; raises what `sim.cores.cosim.CosimMatcher` raises.
+
+    Parameters
+    ----------
+    parameters
+        What is built, of `sim.cores.cosim.MatcherParameters`.
+    trace
+        File for a waveform; None without one.
+    """
+
+    def __init__(self, parameters: Any, trace: Path | None = None) -> None:
+        self._matcher = load("cosim").CosimMatcher(parameters, trace)
 
     def match(self, left: NDArray[np.uint8], right: NDArray[np.uint8], settings: MatcherSettings) -> MatchedPair:
         """Match a pair (uint8, H x W), with exact clocks."""
@@ -86,33 +140,63 @@ class GatewareMatcher:
         self._matcher.close()
 
 
-class ModelRectifier:
-    """The reference model of the gateware's rectification, in NumPy."""
+class GatewareRectification:
+    """The gateware's rectification before its matcher, in Verilator; built when a pair is to be rectified.
 
-    def __init__(self) -> None:
-        self._model = load_rectification()
-        self._grids: GridPair | None = None
-        self._maps:  list[Any] = []
+    Parameters
+    ----------
+    parameters
+        What is built, of `sim.cores.cosim.MatcherParameters`, with the feature "rectification".
+    """
 
-    def __call__(self, pair: Pair, grids: GridPair) -> Pair:
+    def __init__(self, parameters: Any) -> None:
+        self._cosim      = load("cosim")
+        self._parameters = parameters
+        self._matcher:     Any = None
+
+    def gap(self, grids: GridPair) -> str:
+        """Return why the build cannot rectify with the grids; empty if it can."""
+        try:
+            self._cosim.check_grids(self._parameters, self._nodes(grids), grids[0].width, grids[0].height)
+        except ValueError as error:
+            return str(error)
+        return ""
+
+    def match(self, pair: Pair, settings: MatcherSettings, grids: GridPair) -> MatchedPair:
+        """Rectify and match a pair (uint8, H x W each), with exact clocks."""
+        matched: MatchedPair = self._built().match_settings(*pair, settings, grids=self._nodes(grids))
+        return matched
+
+    def rectify(self, pair: Pair, grids: GridPair) -> Pair:
         """Rectify a pair (uint8, H x W each)."""
-        if grids is not self._grids:
-            self._maps  = [self._model.expand(grid.nodes, grid.width, grid.height) for grid in grids]
-            self._grids = grids
-        left, right = (self._model.remap(image, maps) for image, maps in zip(pair, self._maps, strict=True))
-        return left, right
+        rectified: Pair = self._built().rectify(*pair, self._nodes(grids))
+        return rectified
+
+    def close(self) -> None:
+        """Free the simulation."""
+        if self._matcher is not None:
+            self._matcher.close()
+
+    def _built(self) -> Any:
+        if self._matcher is None:
+            self._matcher = self._cosim.CosimMatcher(self._parameters)
+        return self._matcher
+
+    @staticmethod
+    def _nodes(grids: GridPair) -> list[NDArray[np.int16]]:
+        return [grid.nodes for grid in grids]
 
 
 class LocalDevice(Device):
-    """A device around a matcher in this process, and around what rectifies its pairs; None if nothing does."""
+    """A device around a matcher in this process, and around one with rectification; None if nothing rectifies."""
 
     def __init__(self, info: DeviceInfo, matcher: LocalMatcher,
-                 rectify: Callable[[Pair, GridPair], Pair] | None = None) -> None:
+                 rectification: LocalRectification | None = None) -> None:
         super().__init__()
-        self._info    = info
-        self._matcher = matcher
-        self._rectify = rectify
-        self._matched = 0
+        self._info          = info
+        self._matcher       = matcher
+        self._rectification = rectification
+        self._matched       = 0
 
     def info(self) -> DeviceInfo:
         """Return what the matcher was built for."""
@@ -120,38 +204,41 @@ class LocalDevice(Device):
 
     def rectification_gap(self, grids: GridPair) -> str:
         """Return why the matcher cannot rectify; see `Device.rectification_gap`."""
-        return super().rectification_gap(grids) if self._rectify is None else ""
+        return super().rectification_gap(grids) if self._rectification is None else self._rectification.gap(grids)
 
     def stream(self, pairs: Iterable[Pair], settings: MatcherSettings | None = None,
-               progress: Progress | None = None, grids: GridPair | None = None) -> Iterator[Result]:
+               progress: Progress | None = None, grids: GridPair | None = None,
+               images: Images = ()) -> Iterator[Result]:
         """Match pair after pair; see `Device.stream`."""
         self._check_grids(grids)
         settings = self._settings(settings)
         with self._lock.held():
             for left, right in pairs:
-                yield self._match(left, right, settings, progress, grids)
+                yield self._match(left, right, settings, progress, grids, images)
 
     def _match(self, left: NDArray[np.uint8], right: NDArray[np.uint8], settings: MatcherSettings,
-               progress: Progress | None, grids: GridPair | None) -> Result:
+               progress: Progress | None, grids: GridPair | None, images: Images) -> Result:
         check_pair(left, right)
         self._info.check(left.shape[1], left.shape[0], settings)
-        if grids is not None and left.shape != (grids[0].height, grids[0].width):
-            raise ImageError(f"the images are {left.shape[1]}x{left.shape[0]} pixels, the grids are for "
-                             f"{grids[0].width}x{grids[0].height}")
+        check_grid_size(left, grids)
         if progress is not None:
             progress("match", 0, 1)
         begin = time.monotonic()
+        seen  = (left, right)
         try:
-            if self._rectify is not None and grids is not None:
-                left, right = self._rectify((left, right), grids)
-            disparity, clocks, first_row_clocks = self._matcher.match(left, right, settings)
-        except (OSError, RuntimeError) as error:
+            if self._rectification is None or grids is None:
+                matched = self._matcher.match(left, right, settings)
+            else:
+                matched = self._rectification.match((left, right), settings, grids)
+                seen    = self._rectification.rectify(seen, grids) if images else seen
+        except (OSError, RuntimeError, subprocess.SubprocessError) as error:
             raise DeviceError(f"{self._info.url} failed: {exception_line(error)}") from error
         seconds = time.monotonic() - begin
         self._matched += 1
         if progress is not None:
             progress("match", 1, 1)
-        return Result(disparity, settings, clocks, first_row_clocks, 0.0, seconds, 0.0)
+        disparity, clocks, first_row_clocks = matched
+        return Result(disparity, settings, clocks, first_row_clocks, 0.0, seconds, 0.0, **chosen_images(seen, images))
 
     def statistics(self) -> dict[str, int]:
         """Return the number of frames that this object has matched."""
@@ -164,6 +251,8 @@ class LocalDevice(Device):
     def close(self) -> None:
         """Free the matcher."""
         self._matcher.close()
+        if self._rectification is not None:
+            self._rectification.close()
 
 
 def exception_line(error: BaseException) -> str:
@@ -221,7 +310,8 @@ def open_model(url: DeviceUrl) -> LocalDevice:
         max_block_size  = _block_size(url, _MODEL_MAX_BLOCK_SIZE),
         features        = int(ALL_STAGES | Feature.RECTIFICATION),
     )
-    return LocalDevice(info, ModelMatcher(), ModelRectifier())
+    matcher = ModelMatcher()
+    return LocalDevice(info, matcher, ModelRectification(matcher))
 
 
 def open_cosim(url: DeviceUrl) -> LocalDevice:
@@ -242,9 +332,16 @@ def open_cosim(url: DeviceUrl) -> LocalDevice:
     block_size  = _block_size(url, _COSIM_MAX_BLOCK_SIZE)
     trace       = _trace(url)
     try:
-        matcher = GatewareMatcher(width, disparities, block_size, trace)
+        parameters = load("cosim").MatcherParameters(max_width=width, disparities=disparities,
+                                                     max_block_size=block_size)
+        matcher    = GatewareMatcher(parameters, trace)
     except (ImportError, OSError, RuntimeError, ValueError, subprocess.SubprocessError) as error:
         raise DeviceError(f"{url.text} cannot be built: {exception_line(error)}") from error
+    rectifying = replace(parameters, features=parameters.features | {"rectification"},
+                         rectification_rows=_COSIM_ROWS, rectification_height=_COSIM_RECTIFIED_HEIGHT)
+    if trace is not None:
+        # The waveform is of the matcher alone.
+        rectifying = parameters
     info = DeviceInfo(
         url             = url.text,
         name            = "gateware simulation",
@@ -254,6 +351,6 @@ def open_cosim(url: DeviceUrl) -> LocalDevice:
         max_disparities = disparities,
         min_block_size  = MIN_BLOCK_SIZE,
         max_block_size  = block_size,
-        features        = matcher.features,
+        features        = int(rectifying.feature_bits),
     )
-    return LocalDevice(info, matcher)
+    return LocalDevice(info, matcher, GatewareRectification(rectifying) if trace is None else None)

@@ -10,9 +10,8 @@ from __future__ import annotations
 import time
 from collections import deque
 
-from ..core.settings import MatcherSettings
 from .base import Pair, Progress, Result
-from .job import FrameJob, LinkContext
+from .job import FrameJob, FrameRequest, LinkContext
 
 #: Longest wait for the link in seconds before all frames are stepped again.
 _POLL_S = 0.05
@@ -62,9 +61,9 @@ class Pipeline:
         """Return the numbers of the frames that may be open in the device."""
         return [job.frame_id for job in (*self._jobs, *self._leaving)]
 
-    def add(self, frame_id: int, pair: Pair, settings: MatcherSettings) -> None:
+    def add(self, frame_id: int, pair: Pair, request: FrameRequest) -> None:
         """Start to send a frame."""
-        job = self._kind(self._context, frame_id, pair, settings, self._progress)
+        job = self._kind(self._context, frame_id, pair, request, self._progress)
         job.start()
         self._jobs.append(job)
 

@@ -12,9 +12,9 @@ import itertools
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
-from ..core.errors import DeviceError, DeviceRefused, LiteStereoError, ProtocolError
-from ..core.features import named_capabilities
-from ..core.grid import GridPair
+from ..core.errors import DeviceError, DeviceRefused, LiteStereoError, ProtocolError, UnsupportedError
+from ..core.features import Feature, named_capabilities
+from ..core.grid import GridPair, grid_crc
 from ..core.settings import MatcherSettings
 from ..link.channel import Channel
 from ..link.link import Link
@@ -22,9 +22,20 @@ from ..link.settings import LinkCounters, LinkSettings
 from ..protocol import payloads
 from ..protocol.messages import MessageType
 from ..protocol.payloads import Trial
-from .base import RESTART_LIMIT_S, Device, DeviceInfo, Pair, Progress, Result, check_pair
+from .base import (
+    RESTART_LIMIT_S,
+    Device,
+    DeviceInfo,
+    Images,
+    Pair,
+    Progress,
+    Result,
+    check_grid_size,
+    check_pair,
+)
+from .calibrating import ask_calibration, calibration_gap, erase_calibration, read_calibration, write_calibration
 from .firmware_image import read_firmware
-from .job import FrameJob, LinkContext, StoredFrameJob
+from .job import FrameJob, FrameRequest, LinkContext, StoredFrameJob
 from .pipeline import Pipeline
 from .updating import ask_trial, restart_device, write_firmware
 
@@ -95,6 +106,7 @@ class RemoteDevice(Device):
         self._frame_ids  = itertools.count(1)
         self._pipelines:   list[Pipeline] = []
         self._configured:  MatcherSettings | None = None
+        self._calibration: payloads.CalibrationStatus | None = None
         try:
             capabilities = self._link.hello()
         except BaseException:
@@ -114,13 +126,15 @@ class RemoteDevice(Device):
         return self._info
 
     def stream(self, pairs: Iterable[Pair], settings: MatcherSettings | None = None,
-               progress: Progress | None = None, grids: GridPair | None = None) -> Iterator[Result]:
+               progress: Progress | None = None, grids: GridPair | None = None,
+               images: Images = ()) -> Iterator[Result]:
         """Match pair after pair, and send the next ones while one is matched; see `Device.stream`.
 
         If the iterator is dropped before its end, the frames in flight are released.
         """
         self._check_grids(grids)
         settings = self._settings(settings)
+        request  = FrameRequest(settings, grids is not None, 0 if grids is None else grid_crc(grids), images)
         with self._guarded() as cleanup:
             pipeline = Pipeline(self._context, self._job_kind, self._pipelines, self._info.slots, progress)
             self._pipelines.append(pipeline)
@@ -136,9 +150,10 @@ class RemoteDevice(Device):
                         break
                     left, right = pair
                     check_pair(left, right)
+                    check_grid_size(left, grids)
                     self._info.check(left.shape[1], left.shape[0], settings)
                     self._configure(settings)
-                    pipeline.add(next(self._frame_ids), (left, right), settings)
+                    pipeline.add(next(self._frame_ids), (left, right), request)
                 if pipeline.empty:
                     # All slots may be those of frames that are leaving.
                     pipeline.drain()
@@ -184,6 +199,40 @@ class RemoteDevice(Device):
         with self._guarded():
             return payloads.unpack_counters(self._link.call(MessageType.STATISTICS).payload)
 
+    def rectification_gap(self, grids: GridPair) -> str:
+        """Return why the device does not rectify with the grids: it does with those of its calibration."""
+        if not self._info.features & Feature.RECTIFICATION:
+            return super().rectification_gap(grids)
+        with self._guarded():
+            # No other host changes it during this session.
+            self._calibration = self._calibration or ask_calibration(self._link)
+        return calibration_gap(self._calibration, grids[0].width, grids[0].height, grid_crc(grids))
+
+    def calibration(self) -> bytes | None:
+        """Return the record of the calibration that the device uses; see `Device.calibration`."""
+        with self._calibrating():
+            return read_calibration(self._link)
+
+    def write_calibration(self, record: bytes, *, keep: bool = True, progress: Progress | None = None) -> None:
+        """Have the device rectify by a calibration; see `Device.write_calibration`."""
+        with self._calibrating():
+            self._calibration = write_calibration(self._link, record, keep, progress)
+
+    def erase_calibration(self) -> None:
+        """Have the device use no calibration, and erase the one in its flash; see `Device.erase_calibration`."""
+        with self._calibrating():
+            self._calibration = erase_calibration(self._link)
+
+    @contextlib.contextmanager
+    def _calibrating(self) -> Iterator[None]:
+        """Lock the device, and forget what is known of its calibration; raise UnsupportedError if it has none."""
+        if not self._info.features & Feature.RECTIFICATION:
+            raise UnsupportedError(f"{self._info.name} was built without rectification: it keeps no calibration, see "
+                                   "`litestereo info`")
+        with self._guarded():
+            self._calibration = None
+            yield
+
     def update_firmware(self, firmware: Path | bytes, *, restart: bool = True, progress: Progress | None = None,
                         restart_limit_s: float = RESTART_LIMIT_S) -> DeviceInfo:
         """Write another firmware to the device's flash; see `Device.update_firmware`."""
@@ -194,7 +243,7 @@ class RemoteDevice(Device):
             if restart:
                 capabilities     = restart_device(self._link, restart_limit_s)
                 self._info       = _describe(self._info.url, capabilities)
-                self._configured = None
+                self._configured = self._calibration = None
             self._trial = ask_trial(self._link, _CONFIRM_LIMIT_S if restart else 0.0)
         if restart and self._trial == Trial.FELL_BACK:
             raise DeviceError(f"firmware {image.version} did not work: it was reset before it was confirmed, and the "

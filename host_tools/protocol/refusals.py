@@ -39,6 +39,16 @@ _FAILURES: dict[int, str] = {
     payloads.UpdateFailure.VERIFY:    "the flash did not keep what was written; it still holds a good image",
 }
 
+#: Reasons why a device does not use a calibration, or has not kept it, in words.
+_CALIBRATION_FAILURES: dict[int, str] = {
+    payloads.CalibrationFailure.CHECKSUM: "it arrived damaged, try again",
+    payloads.CalibrationFailure.FORMAT:   "it is no calibration record that its firmware knows, use host tools and "
+                                          "firmware of one release",
+    payloads.CalibrationFailure.SIZE:     "it cannot rectify images of that size, see `litestereo info`",
+    payloads.CalibrationFailure.FOLDED:   "its map folds over",
+    payloads.CalibrationFailure.FLASH:    "its flash does not keep it; it is in use until the next reset",
+}
+
 
 def version_mismatch(device_version: int) -> ProtocolError:
     """Return the error for a device that speaks another version of the protocol."""
@@ -118,6 +128,20 @@ def failed_update(failure: int) -> UpdateFailed:
     """Return the exception for an update that the device has given up."""
     reason = _FAILURES.get(failure, f"failure {failure}")
     return UpdateFailed(f"the device did not accept the firmware: {reason}", failure, 0)
+
+
+def failed_calibration(status: payloads.CalibrationStatus) -> DeviceRefused:
+    """Return the exception for a calibration that the device does not use, or has not kept."""
+    reason = _CALIBRATION_FAILURES.get(status.failure, f"failure {status.failure}")
+    if status.failure == payloads.CalibrationFailure.ROWS:
+        reason = (f"it needs {status.rows_needed} rows of the images at once, the device keeps {status.rows}: mount "
+                  "the cameras straighter, or use smaller images")
+    return DeviceRefused(f"the device did not accept the calibration: {reason}", status.failure, 0)
+
+
+def spoiled_frame(frame_id: int, reason: str) -> DeviceRefused:
+    """Return the exception for a frame that the device has not rectified as it was asked to."""
+    return DeviceRefused(f"the device could not rectify frame {frame_id}: {reason}", 0, 0)
 
 
 def failed_frame(frame_id: int, error: int) -> DeviceRefused:

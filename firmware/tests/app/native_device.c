@@ -24,6 +24,7 @@
 #include "drivers/trial_choice.h"
 #include "fake_flash.h"
 #include "fake_frame_link.h"
+#include "fake_grids.h"
 #include "fake_stereo.h"
 #include "generated/csr.h"
 #include "generated/soc.h"
@@ -237,6 +238,8 @@ static void usage(void)
         "  --udp-port N          UDP port of 127.0.0.1, 0 picks one (default: no UDP)\n"
         "  --max-chunks N        chunks of a frame over UDP (default: 1024)\n"
         "  --stored-only         no streamed frames\n"
+        "  --rectification ROWS  a rectification that keeps so many rows\n"
+        "  --rows-gone           rows of each rectified frame are gone\n"
         "  --skip-parts N        one in N parts of a streamed map never leaves (default: 0, none)\n"
         "  --memory BYTES        memory for frames (default: 16777216)\n"
         "  --clock-hz N          simulated clock (default: 100000000)\n"
@@ -256,7 +259,7 @@ static void usage(void)
 static void parse_options(int argc, char **argv)
 {
     enum { PORT, UDP_PORT, MAX_CHUNKS, MEMORY, CLOCK_HZ, CLOCKS_PER_PIXEL, MAX_WIDTH, MAX_DISPARITIES, MAX_BLOCK_SIZE,
-        HANG, BUS_ERROR, STORED_ONLY, SKIP_PARTS, FLASH, FLASH_PROTECTED, FLASH_BUSY,
+        HANG, BUS_ERROR, STORED_ONLY, RECTIFICATION, ROWS_GONE, SKIP_PARTS, FLASH, FLASH_PROTECTED, FLASH_BUSY,
         BAD_UPDATES };
     static const struct option options[] = {
         {"port",             required_argument, NULL, PORT},
@@ -271,6 +274,8 @@ static void parse_options(int argc, char **argv)
         {"hang-matcher",     no_argument,       NULL, HANG},
         {"bus-error",        no_argument,       NULL, BUS_ERROR},
         {"stored-only",      no_argument,       NULL, STORED_ONLY},
+        {"rectification",    required_argument, NULL, RECTIFICATION},
+        {"rows-gone",        no_argument,       NULL, ROWS_GONE},
         {"skip-parts",       required_argument, NULL, SKIP_PARTS},
         {"flash",            no_argument,       NULL, FLASH},
         {"flash-protected",  no_argument,       NULL, FLASH_PROTECTED},
@@ -296,6 +301,11 @@ static void parse_options(int argc, char **argv)
         case HANG:             fake_stereo.hang = true; break;
         case BUS_ERROR:        fake_stereo.bus_error = true; break;
         case STORED_ONLY:      device.stored_only = true; break;
+        case RECTIFICATION:
+            fake_grids.rows       = (uint16_t)value;
+            fake_stereo.features |= LITESTEREO_FEATURE_RECTIFICATION;
+            break;
+        case ROWS_GONE:        fake_stereo.flags = 1; break;
         case SKIP_PARTS:       fake_frame_link.skips = (unsigned)value; break;
         case FLASH:            fake_flash.present = true; break;
         case FLASH_PROTECTED:  fake_flash.present = fake_flash.protect = true; break;
@@ -344,7 +354,7 @@ int main(int argc, char **argv)
         }
     }
     while (tcp_uart_wait(udp_wire_socket(), fake_frame_link_busy() || update_is_running(&device.app.update)
-        || trial_status(&device.app.trial) == STATUS_BUSY)) {
+        || calibrate_is_running(&device.app.calibrate) || trial_status(&device.app.trial) == STATUS_BUSY)) {
         udp_wire_receive();
         app_poll(&device.app);
         tcp_uart_flush();

@@ -34,9 +34,9 @@ class SerialContext(LinkContext):
         """Return the upload of an open frame's images."""
         return SerialUpload(self.link, frame_id, chunks, progress)
 
-    def download(self, frame_id: int, map_bytes: int, progress: Progress | None) -> SerialDownload:
-        """Return the download of a matched frame's map."""
-        return SerialDownload(self.link, frame_id, map_bytes, progress)
+    def download(self, frame_id: int, count: int, progress: Progress | None, offset: int = 0) -> SerialDownload:
+        """Return a download."""
+        return SerialDownload(self.link, frame_id, range(offset, offset + count), progress)
 
 
 class SerialDevice(RemoteDevice):

@@ -34,6 +34,8 @@ class UdpContext(LinkContext):
         """Return the upload of an open frame's images."""
         return UdpUpload(self.link, self.channel, self.window, frame_id, chunks, progress)
 
-    def download(self, frame_id: int, map_bytes: int, progress: Progress | None, live: bool = False) -> UdpDownload:
-        """Return the download of a frame's map; `live` if its parts come without a request while it is matched."""
-        return UdpDownload(self.link, self.channel.room, self._gaps, frame_id, map_bytes, progress, live)
+    def download(self, frame_id: int, count: int, progress: Progress | None, offset: int = 0,
+                 live: bool = False) -> UdpDownload:
+        """Return a download; `live` if the parts come without a request while the frame is matched."""
+        return UdpDownload(self.link, self.channel.room, self._gaps, frame_id, range(offset, offset + count), progress,
+                           live)

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""The map of a frame from a device, in datagrams that a READ of many parts requests, or that come without one."""
+"""The map of a frame, or an image, in datagrams that a READ of many parts requests, or that come without one."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ class _Read:
 
 
 class UdpDownload:
-    """A frame's map on its way to the host, its parts in any order.
+    """A frame's map or an image on its way to the host, its parts in any order.
 
     The device sends the parts of a streamed frame without a request while it is matched (`live`). What is missing is
     requested after the last part has come, or when no more come.
@@ -99,26 +99,27 @@ class UdpDownload:
         Number of parts that the host's receive buffer holds.
     gaps
         Gaps between the parts of earlier maps, to which those of this one are added.
-    frame_id, map_bytes
-        Number of the frame, and size of its map.
+    frame_id, place
+        Number of the frame, and offsets of the map or the image in its download space; it begins with a part.
     progress
         Called with the steps of "download".
     live
         Whether parts come without a request.
     """
 
-    def __init__(self, link: Link, room: int, gaps: GapEstimate, frame_id: int, map_bytes: int,
+    def __init__(self, link: Link, room: int, gaps: GapEstimate, frame_id: int, place: range,
                  progress: Progress | None, live: bool = False) -> None:
-        self.map        = bytearray(map_bytes)
+        self.data       = bytearray(len(place))
         self.begun_at   = 0.0 if live else time.monotonic()
         self.stalled    = 0
         self._link      = link
         self._room      = max(1, min(room, _MOST_PARTS))
         self._gaps      = gaps
         self._frame_id  = frame_id
+        self._start     = place.start
         self._progress  = progress
         self._live      = live
-        self._count     = -(-map_bytes // CHUNK_BYTES)
+        self._count     = -(-len(place) // CHUNK_BYTES)
         self._wanted    = deque([] if live else [(0, self._count)])
         self._arrived   = np.zeros(self._count, bool)
         self._remaining = self._count
@@ -131,7 +132,7 @@ class UdpDownload:
 
     @property
     def done(self) -> bool:
-        """Return whether all of the map has come."""
+        """Return whether all of it has come."""
         return self._remaining == 0
 
     @property
@@ -182,14 +183,14 @@ class UdpDownload:
         if count == 0:
             return 0
         first += skip
-        offset = first*CHUNK_BYTES
-        length = min(count*CHUNK_BYTES, len(self.map) - offset)
+        begin  = first*CHUNK_BYTES
+        length = min(count*CHUNK_BYTES, len(self.data) - begin)
         if not self._reads:
             self._heard_at = time.monotonic()
             if not self.stalled:
                 self._part_at = self._heard_at
-        sequence = self._link.request_burst(MessageType.READ, payloads.pack_number(length), self._frame_id, offset,
-                                            self._on_part)
+        sequence = self._link.request_burst(MessageType.READ, payloads.pack_number(length), self._frame_id,
+                                            self._start + begin, self._on_part)
         self._numbers[sequence] = len(self._numbers)
         self._reads.append(_Read(self._numbers[sequence], first, count))
         return count
@@ -205,10 +206,11 @@ class UdpDownload:
         if reply.type != MessageType.READ | REPLY:
             self._on_refusal(reply)
             return
-        part, rest = divmod(reply.offset, CHUNK_BYTES)
-        if rest or part >= self._count:
+        begin      = reply.offset - self._start
+        part, rest = divmod(begin, CHUNK_BYTES)
+        if rest or not 0 <= part < self._count:
             raise ProtocolError(f"the device sent a part of the map at offset {reply.offset}, where none begins")
-        length = min(CHUNK_BYTES, len(self.map) - reply.offset)
+        length = min(CHUNK_BYTES, len(self.data) - begin)
         if len(reply.payload) != length:
             raise ProtocolError(f"the device sent {len(reply.payload)} bytes of the map instead of {length}")
         number         = self._numbers[reply.sequence]
@@ -226,7 +228,7 @@ class UdpDownload:
         self._backoff       = 1
         self.stalled        = 0
         self._link.counters.parts_received += 1
-        self.map[reply.offset:reply.offset + length] = reply.payload
+        self.data[begin:begin + length] = reply.payload
         self._count_part(part, number)
         self._report()
 

@@ -12,11 +12,10 @@ from typing import ClassVar
 
 import numpy as np
 
-from ...core.settings import MatcherSettings
 from ...protocol.messages import ErrorCode, Message, MessageType
 from ...protocol.payloads import FrameState, FrameStatus
 from ..base import Pair, Progress
-from ..job import MIN_POLL_S, FrameJob
+from ..job import MIN_POLL_S, FrameJob, FrameRequest
 from .context import UdpContext
 from .download import UdpDownload
 from .pair_sender import PairSender
@@ -42,9 +41,9 @@ class StreamedFrameJob(FrameJob):
     _upload:   PairSender | None
     _download: UdpDownload | None
 
-    def __init__(self, context: UdpContext, frame_id: int, pair: Pair, settings: MatcherSettings,
+    def __init__(self, context: UdpContext, frame_id: int, pair: Pair, request: FrameRequest,
                  progress: Progress | None) -> None:
-        super().__init__(context, frame_id, pair, settings, progress)
+        super().__init__(context, frame_id, pair, request, progress)
         self._opened     = False
         self._polls      = 0
         self._ready_at   = 0.0
@@ -111,8 +110,8 @@ class StreamedFrameJob(FrameJob):
     def _pairs(self) -> memoryview:
         """Return the pixels, left and right alternating, in raster order."""
         both       = np.empty((self.width*self.height, 2), np.uint8)
-        both[:, 0] = np.frombuffer(self._images[0], np.uint8)
-        both[:, 1] = np.frombuffer(self._images[1], np.uint8)
+        both[:, 0] = np.frombuffer(self._sent[0], np.uint8)
+        both[:, 1] = np.frombuffer(self._sent[1], np.uint8)
         return both.reshape(-1).data
 
     def _on_matched(self) -> None:

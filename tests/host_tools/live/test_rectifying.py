@@ -16,10 +16,12 @@ import numpy as np
 import pytest
 
 from litestereo.host_tools.cameras.camera_info import ideal_cameras, write_camera_info
+from litestereo.host_tools.cameras.record import CalibrationRecord
 from litestereo.host_tools.cameras.rectify import FILES, read_calibration
 from litestereo.host_tools.core.errors import ImageError, UnsupportedError
 from litestereo.host_tools.core.features import Feature
 from litestereo.host_tools.core.geometry import StereoGeometry
+from litestereo.host_tools.core.grid import Grid, grid_crc
 from litestereo.host_tools.core.settings import MatcherSettings
 from litestereo.host_tools.devices import connect as module
 from litestereo.host_tools.devices.connect import connect
@@ -35,8 +37,17 @@ WIDTH, HEIGHT = 160, 60
 SETTINGS      = MatcherSettings(16, 9)
 SMALL         = ["--disparities", "16", "--block-size", "9"]
 
-#: Where a device rectifies, by its URL; `lacking` is the model without rectification.
-WHERE = {"model:": "device", "lacking": "host", "native": "host"}
+#: Where a device rectifies, by its URL; `lacking` is the model without rectification, `calibrated` a device with the
+#: calibration, `empty` one without any, and `foreign` one with another.
+WHERE = {"model:": "device", "lacking": "host", "native": "host", "calibrated": "device", "empty": "host",
+         "foreign": "host"}
+
+#: Why it is the host.
+REASONS = {"model:": None, "lacking": "the device does not rectify", "native": "the device does not rectify",
+           "calibrated": None,
+           "empty": "the device has no calibration, `litestereo calibration write` gives it this one",
+           "foreign": "the device has the calibration of another grid, {crc:08x}, `litestereo calibration write` gives "
+                      "it this one"}
 
 
 @pytest.fixture(scope="module")
@@ -63,14 +74,29 @@ def read(folder, cameras):
     return read_calibration(folder)
 
 
+def foreign(data):
+    """Return the record of another calibration of the size."""
+    record = CalibrationRecord.of(read_calibration(data/"grid"))
+    other  = Grid(WIDTH, HEIGHT, record.grids[0].nodes + np.int16(5))
+    return dataclasses.replace(record, grids=(other, record.grids[1]))
+
+
 @contextlib.contextmanager
-def device_url(kind, monkeypatch):
+def device_url(kind, data, monkeypatch):
     """Give the URL of a device of `WHERE`."""
+    records = {"calibrated": CalibrationRecord.of(read_calibration(data/"grid")), "foreign": foreign(data)}
     with contextlib.ExitStack() as stack:
         if kind == "lacking":
             monkeypatch.setattr(module, "open_model", lambda url: device_without(Feature(0)))
-        port = stack.enter_context(native_device()) if kind == "native" else None
-        yield "model:" if port is None else f"tcp://127.0.0.1:{port}"
+        if kind in ("model:", "lacking"):
+            yield "model:"
+            return
+        options = () if kind == "native" else ("--flash", "--rectification", "64")
+        url     = f"tcp://127.0.0.1:{stack.enter_context(native_device(*options))}"
+        if kind in records:
+            with connect(url) as device:
+                device.write_calibration(records[kind].encode())
+        yield url
 
 
 def photos(data, number=0):
@@ -90,7 +116,7 @@ def expected(data, calibration, number=0):
 @pytest.mark.parametrize("kind", WHERE)
 def test_match(kind, calibration, data, tmp_path, monkeypatch, capfd):
     """The map has the same bits on every device; a note and JSON say where the pair was rectified."""
-    with device_url(kind, monkeypatch) as url:
+    with device_url(kind, data, monkeypatch) as url:
         assert run("match", data/"pairs"/"left"/"0.png", data/"pairs"/"right"/"0.png", "-o", tmp_path, "--device", url,
                    "--calibration", data/calibration, *SMALL, "--json") == 0
     out, err = capfd.readouterr()
@@ -101,7 +127,7 @@ def test_match(kind, calibration, data, tmp_path, monkeypatch, capfd):
         assert told == {"where": "host", "crc": None, "max_px": None, "rms_px": None, "reason": pair.no_grids}
         assert err == f"litestereo: note: rectified on this host with a position for each pixel: {pair.no_grids}\n"
         return
-    reason = {"device": None, "host": "the device does not rectify"}[WHERE[kind]]
+    reason = REASONS[kind] and REASONS[kind].format(crc=grid_crc(foreign(data).grids))
     assert told == {"where": WHERE[kind], "crc": f"{pair.grids.crc:08x}", "max_px": pair.grids.error.max_px,
                     "rms_px": pair.grids.error.rms_px, "reason": reason}
     place  = "the device" if reason is None else "this host"
@@ -111,7 +137,7 @@ def test_match(kind, calibration, data, tmp_path, monkeypatch, capfd):
 
 @pytest.mark.parametrize("kind", WHERE)
 def test_stream(kind, data, tmp_path, monkeypatch, capfd):
-    with device_url(kind, monkeypatch) as url:
+    with device_url(kind, data, monkeypatch) as url:
         assert run("stream", data/"pairs", "--device", url, "--calibration", data/"grid", *SMALL, "-o", tmp_path,
                    "--format", "npy", "--json") == 0
     out, err = capfd.readouterr()
@@ -133,7 +159,7 @@ def test_view_shows_rectified_images(data, tmp_path, monkeypatch, capfd):
     """The montage of a device that rectifies is that of one that does not."""
     pictures = []
     for kind in ("model:", "lacking"):
-        with device_url(kind, monkeypatch) as url:
+        with device_url(kind, data, monkeypatch) as url:
             path = tmp_path/f"{len(pictures)}.png"
             assert run("view", data/"pairs", "--device", url, "--calibration", data/"grid", *SMALL, "--montage", path,
                        "--json") == 0
@@ -171,16 +197,18 @@ def test_a_truth_is_that_of_the_rectified_pair(data, tmp_path, capfd):
     assert "--ground-truth-scale" in error_line(capfd)
 
 
-def test_images_of_another_size(data, tmp_path, capfd):
+def test_images_of_another_size(data, tmp_path, monkeypatch, capfd):
     """Found before anything is rectified, on the device too."""
     small = tmp_path/"small.png"
     cv2.imwrite(str(small), np.zeros((60, 150), np.uint8))
     for command in (["match", small, small, "-o", tmp_path/"out"],):
         assert run(*command, "--device", "model:", "--calibration", data/"grid") == 1
         assert "150x60 pixels, the calibration is for 160x60" in error_line(capfd)
-    with connect("model:") as device, pytest.raises(ImageError, match="150x60 pixels, the grids are for 160x60"):
-        device.compute(np.zeros((60, 150), np.uint8), np.zeros((60, 150), np.uint8), SETTINGS,
-                       grids=read_calibration(data/"grid").pair.grids.grids)
+    for kind in ("model:", "calibrated"):
+        with device_url(kind, data, monkeypatch) as url, connect(url) as device, \
+                pytest.raises(ImageError, match="150x60 pixels, the grids are for 160x60"):
+            device.compute(np.zeros((60, 150), np.uint8), np.zeros((60, 150), np.uint8), SETTINGS,
+                           grids=read_calibration(data/"grid").pair.grids.grids)
 
 
 def test_a_device_without_rectification_refuses_grids(data):
