@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""`litestereo calibration`: folders and records, shown and made of each other."""
+"""`litestereo calibration`: folders, records and devices, shown and made of each other."""
 
 from __future__ import annotations
 
@@ -19,6 +19,7 @@ from litestereo.host_tools.cameras.rectify import read_calibration, write_calibr
 from litestereo.host_tools.core.geometry import StereoGeometry
 from litestereo.host_tools.core.grid import Grid
 from support.command import error_line, run
+from support.native_device import native_device
 from support.pairs import generator
 from support.rigs import lens_cameras
 
@@ -94,6 +95,18 @@ def test_grids_of_others(folder, capfd):
     (["read", "cal", "-o", "cal"], 1, "is an input of this command"),
     (["melt", "cal"], 2, "invalid choice"),
     (["show"], 2, "required"),
+    (["show", "cal", "--device", "model:"], 2, "either FILE or --device is required"),
+    (["show", "--device", "model:", "-o", "x"], 2, "show writes nothing"),
+    (["show", "--device", "model:"], 1, "reference model keeps no calibration"),
+    (["write", "--device", "model:"], 2, "FILE is required"),
+    (["write", "cal", "--device", "model:", "-o", "x"], 2, "needs -o for a file, or --device"),
+    (["write", "cal", "--device", "model:"], 1, "reference model keeps no calibration"),
+    (["write", "large", "--device", "model:"], 1, "has 20940 bytes, a device has room for 20224"),
+    (["read", "--device", "model:"], 2, "calibration read needs -o"),
+    (["erase"], 2, "erase needs --device, and nothing else"),
+    (["erase", "cal", "--device", "model:"], 2, "erase needs --device, and nothing else"),
+    (["erase", "--device", "model:"], 1, "reference model keeps no calibration"),
+    (["erase", "--device", "camel:"], 2, "camel"),
 ])
 def test_mistakes(arguments, status, text, folder, capfd):
     """One line, and no file."""
@@ -125,3 +138,27 @@ def test_a_damaged_record(folder, capfd):
     (folder/"rig.bin").write_bytes(data)
     assert run("calibration", "show", "rig.bin") == 1
     assert "rig.bin: the CRC of the calibration record is wrong: it is damaged" in error_line(capfd)
+
+
+def test_a_device_keeps_it(folder, capfd):
+    """What is written to a device is shown and read there, until it is erased."""
+    assert run("calibration", "show", "cal", "--json") == 0
+    shown = json.loads(capfd.readouterr().out)
+    with native_device("--flash", "--rectification", "64") as port:
+        device = ["--device", f"tcp://127.0.0.1:{port}"]
+        assert run("calibration", "show", *device) == 1
+        assert error_line(capfd).endswith("the device has no calibration\n")
+        assert run("calibration", "write", "cal", *device) == 0
+        assert f"wrote         {device[1]}\n" in capfd.readouterr().out
+        for _ in range(2):
+            assert run("calibration", "show", *device, "--json") == 0
+            assert json.loads(capfd.readouterr().out) == {**shown, "device": device[1]}
+        assert run("calibration", "read", *device, "-o", "again") == 0
+        for name in ("left.yaml", "right.yaml"):
+            assert (folder/"again"/name).read_bytes() == (folder/"cal"/name).read_bytes()
+        capfd.readouterr()
+        assert run("calibration", "erase", *device) == 0
+        assert capfd.readouterr().out == f"{device[1]}: the device keeps no calibration\n"
+        assert run("calibration", "erase", *device, "--json") == 0
+        assert json.loads(capfd.readouterr().out) == {"device": device[1]}
+        assert run("calibration", "show", *device) == 1

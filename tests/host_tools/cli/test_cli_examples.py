@@ -54,7 +54,8 @@ def test_every_command_has_an_example():
 
 @pytest.fixture(scope="module")
 def ports():
-    with native_ports("--max-width", "640", "--max-disparities", "64", "--max-block-size", "15") as both:
+    with native_ports("--max-width", "640", "--max-disparities", "64", "--max-block-size", "15", "--flash",
+                      "--rectification", "64") as both:
         yield both
 
 
@@ -141,6 +142,9 @@ def test_examples_work(words, ports, tmp_path, monkeypatch, capfd):
         settings = [word for name in ("--disparities", "--min-disparity") if name in words
                     for word in (name, words[words.index(name) + 1])]
         assert run("match", "left.png", "right.png", "-o", "out", "--device", "model:", *settings) == 0
+    if words[0] == "calibration" and "--device" in words:
+        # Each example finds a calibration on the device.
+        assert run(*runnable(["calibration", "write", "calibration/", "--device", "tcp:"], ports)) == 0
     if words[0] == "calibration" and words[2] == "calibration.bin":
         assert run("calibration", "write", "calibration/", "-o", "calibration.bin") == 0
     monkeypatch.setattr(cv2, "VideoCapture", cv2.VideoCapture if "camera:0" not in words else FakeCapture)
