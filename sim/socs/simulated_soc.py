@@ -5,6 +5,7 @@
 
 """The SoC in litex_sim: on integrated RAM, or on LiteDRAM's model of the Colorlight i5's SDRAM."""
 
+import json
 import os
 import shutil
 import sys
@@ -18,17 +19,20 @@ from litex.gen import *
 from litex.build.generic_platform import Pins, Subsignal
 from litex.build.sim              import SimPlatform
 from litex.build.sim.config       import SimConfig
+from litex.soc.cores.bitbang      import SPIMaster
 from litex.soc.integration.soc    import SoCRegion
 
 from litedram.core.controller import ControllerSettings
 from litedram.modules         import M12L64322A
 from litedram.phy.model       import SDRAMPHYModel
 
+from ...soc.boards.board_soc  import FLASH_RECORDS_BYTES
 from ...soc.build.builder     import StereoBuilder
 from ...soc.parts.stereo_soc  import StereoSoC
 from ...soc.parts.wide_ram    import WideRAM
 from .ethernet_model          import EthernetPHYModel
-from .matcher                 import MATCHER
+from .flash_model             import FlashModel, SECTOR_BYTES, flash_model_bytes
+from .matcher                 import MATCHER, RECTIFYING_MATCHER
 from .memory_monitor          import EVENTS, MemoryMonitor
 from .simulator               import build_simulator
 
@@ -130,6 +134,23 @@ class IntegratedRAMSoC(SimulatedSoC):
             SoCRegion(origin=self.mem_map["main_ram"], size=MAIN_RAM_BYTES, mode="rwx"))
         return self.main_ram
 
+class RectifyingSoC(IntegratedRAMSoC):
+    """SoC on integrated RAM that rectifies, with a flash for its calibration, which a reset leaves as it is."""
+    def __init__(self, **kwargs):
+        IntegratedRAMSoC.__init__(self, **kwargs)
+        # The firmware knows a flash by its images, and is not started from this one.
+        self.flash_bytes = flash_model_bytes(SECTOR_BYTES + FLASH_RECORDS_BYTES)
+        self.flash_pads  = ClockDomainsRenamer("por")(FlashModel(self.flash_bytes))
+        self.flash       = SPIMaster(self.flash_pads)
+        for name, value in (
+            ("FLASH_IMAGES",         1),
+            ("FLASH_IMAGES_OFFSET",  0),
+            ("FLASH_IMAGE_BYTES",    SECTOR_BYTES),
+            ("FLASH_RECORDS_OFFSET", SECTOR_BYTES),
+            ("FLASH_RECORDS_BYTES",  FLASH_RECORDS_BYTES),
+        ):
+            self.add_constant(name, value)
+
 class SDRAMSoC(SimulatedSoC):
     """SoC with SDRAM as main memory; LiteX's BIOS copies the firmware there from flash and starts it, as on a board."""
     def __init__(self, **kwargs):
@@ -152,9 +173,10 @@ class SDRAMSoC(SimulatedSoC):
         return self.sdram.crossbar
 
 SOCS = {
-    "integrated-ram": IntegratedRAMSoC,
-    "sdram":          SDRAMSoC,
-    "sdram-lines":    partial(SDRAMSoC, with_line_reader=True),
+    "integrated-ram": partial(IntegratedRAMSoC, parameters=MATCHER),
+    "sdram":          partial(SDRAMSoC, parameters=MATCHER),
+    "sdram-lines":    partial(SDRAMSoC, parameters=MATCHER, with_line_reader=True),
+    "rectifying":     partial(RectifyingSoC, parameters=RECTIFYING_MATCHER),
 }
 
 # Build --------------------------------------------------------------------------------------------
@@ -171,7 +193,7 @@ def generate(memory, output_dir, modules_dir):
     modules_dir : str
         Sources of this project's litex_sim modules.
     """
-    soc     = SOCS[memory](parameters=MATCHER)
+    soc     = SOCS[memory]()
     builder = StereoBuilder(soc, output_dir, bios=not soc.integrated_rom_initialized)
     # LiteX writes a makefile into the folder of additional modules: give it a copy of that folder.
     modules_copy = os.path.join(output_dir, "modules")
@@ -185,6 +207,9 @@ def generate(memory, output_dir, modules_dir):
         opt_level       = "O3",
     )
     soc.memory_monitor.write_names(output_dir)
+    if hasattr(soc, "flash_bytes"):
+        with open(os.path.join(output_dir, "flash.json"), "w") as file:
+            json.dump({"bytes": soc.flash_bytes}, file)
     return builder.gateware_dir
 
 if __name__ == "__main__":

@@ -29,8 +29,9 @@ from ..cores.verilated import COMPILATION
 
 MEMORIES       = ("integrated-ram", "sdram")
 
-#: Further SoCs, for measurements: SDRAM, and a `LineReader` for the CPU's instructions.
-VARIANTS       = ("sdram-lines",)
+#: Further SoCs: SDRAM and a `LineReader` for the CPU's instructions, for measurements; one that rectifies, with a flash
+#: for its calibration, on integrated RAM.
+VARIANTS       = ("sdram-lines", "rectifying")
 TOOLS          = {"verilator": "verilator", "riscv64-unknown-elf-gcc": "gcc-riscv64-unknown-elf", "make": "make",
                   "g++": "g++"}
 

@@ -205,6 +205,9 @@ def memory_contents(ram: str, soc: Path, firmware: bytes) -> dict[str, tuple[byt
     """Return the contents of the memories that hold programs, and their bytes per word, by the names of their files."""
     if ram == "integrated-ram":
         return {"sim_main_ram.init": (firmware, 16)}
+    if ram == "rectifying":
+        erased = b"\xff"*json.loads((soc / "flash.json").read_text())["bytes"]
+        return {"sim_main_ram.init": (firmware, 16), "sim_flash.init": (erased, 4)}
     # The image that LiteX's BIOS and the boards' boot program read from flash: length, CRC-32, firmware.
     image    = len(firmware).to_bytes(4, "little") + zlib.crc32(firmware).to_bytes(4, "little") + firmware
     if ram not in BOARDS:
