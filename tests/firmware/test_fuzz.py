@@ -20,10 +20,10 @@ pytestmark = pytest.mark.skipif(not shutil.which("clang"), reason="no clang: .ci
 SECONDS, FEW_SECONDS = int(os.environ.get("LITESTEREO_FUZZ_SECONDS", "60")), 5
 
 #: Least number of executions per second on a busy computer.
-SLOWEST = {"cobs": 500, "message": 500, "pool": 500, "records": 20, "session": 50}
+SLOWEST = {"calibration": 20, "cobs": 500, "message": 500, "pool": 500, "records": 20, "session": 50}
 
 #: Edges that the corpus must reach, so that a target that stops early is noticed.
-EDGES = {"cobs": 65, "message": 45, "pool": 200, "records": 215, "session": 750}
+EDGES = {"calibration": 380, "cobs": 65, "message": 45, "pool": 200, "records": 215, "session": 900}
 
 
 @pytest.mark.parametrize("target", TARGETS)

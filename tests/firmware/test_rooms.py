@@ -30,7 +30,7 @@ ROOMS = {
     "examples":      {"include", "lib"},
     "tests":         {"include", "lib", "reference", "link/protocol", "drivers", "link/update", "link", "link/udp",
                       "app", "boot"},
-    "fuzz":          {"include", "lib", "link/protocol", "drivers", "link", "link/udp", "tests"},
+    "fuzz":          {"include", "lib", "link/protocol", "drivers", "link/update", "link", "link/udp", "tests"},
 }
 
 #: Folders that may include headers that are neither the firmware's nor of standard C: LiteX's, or the host's.

@@ -25,7 +25,7 @@ CORPUS  = SOURCES / "corpus"
 TARGETS = sorted(path.stem.removeprefix("fuzz_") for path in SOURCES.glob("fuzz_*.c"))
 
 #: Longest input in bytes: a message and more, or a long conversation.
-LENGTHS = {"cobs": 1200, "message": 1200, "pool": 300, "records": 120, "session": 400}
+LENGTHS = {"calibration": 400, "cobs": 1200, "message": 1200, "pool": 300, "records": 120, "session": 400}
 
 #: Seconds that one input may take.
 LIMIT_S = 10
