@@ -105,7 +105,8 @@ def start_simulation(ram: str = "integrated-ram", port: int = 0, udp_port: int =
     Parameters
     ----------
     ram
-        Main memory of the SoC: `integrated-ram` or `sdram`; or a board, for its SoC, which boots from its flash.
+        Main memory of the SoC: `integrated-ram` or `sdram`; `rectifying` for a SoC on integrated RAM that rectifies; or
+        a board, for its SoC, which boots from its flash.
     port
         TCP port of 127.0.0.1 for the UART; 0 picks a free one.
     udp_port

@@ -20,10 +20,17 @@ from litestereo.host_tools.link.serial_framing import MAX_ENCODED_BYTES, Demulti
 from litestereo.host_tools.protocol import messages as protocol
 from litestereo.host_tools.protocol import payloads
 from litestereo.host_tools.protocol.messages import ErrorCode, Message, MessageType
-from litestereo.host_tools.protocol.refusals import failed_frame, failed_update, refusal
+from litestereo.host_tools.protocol.refusals import (
+    failed_calibration,
+    failed_frame,
+    failed_update,
+    refusal,
+    spoiled_frame,
+)
 from support.pairs import byte_generator
 from support.paths import CHECKOUT
 from support.protocol_vectors import (
+    CALIBRATION,
     CAPABILITIES,
     MORE_CAPABILITIES,
     PROGRESS,
@@ -115,12 +122,17 @@ def test_payloads_come_back():
     assert len(STATUS.pack()) == 16
     assert payloads.FrameStatus.unpack(STATUS.pack()) == STATUS
     assert payloads.UpdateProgress.unpack(PROGRESS.pack()) == PROGRESS
+    assert payloads.CalibrationStatus.unpack(CALIBRATION.pack()) == CALIBRATION
+    rectified = replace(STATUS, flags=5, grid_crc=0xfedcba98)
+    assert rectified.pack() == STATUS.pack() + bytes.fromhex("0500000098badcfe")
+    assert payloads.FrameStatus.unpack(rectified.pack()) == rectified
     assert payloads.unpack_number(payloads.pack_number(0xfedcba98)) == 0xfedcba98
     assert payloads.unpack_opened(payloads.pack_opened(1, 41984)) == (1, 41984)
     counters = {name: index for index, name in enumerate(payloads.COUNTERS)}
     assert payloads.unpack_counters(payloads.pack_counters(counters)) == counters
     assert payloads.pack_parameters({Parameter.BLOCK_SIZE: 9}) == bytes.fromhex("0200000009000000")
     assert payloads.pack_size(247, 166) == bytes.fromhex("f700a600")
+    assert payloads.pack_size(247, 166, payloads.FrameOption.RIGHT) == bytes.fromhex("f700a60004000000")
 
 
 def test_a_newer_device_may_append_and_an_older_may_lack_counters():
@@ -132,7 +144,7 @@ def test_a_newer_device_may_append_and_an_older_may_lack_counters():
 
 def test_short_payloads_are_refused():
     for unpack in (payloads.Capabilities.unpack, payloads.FrameStatus.unpack, payloads.unpack_number,
-                   payloads.UpdateProgress.unpack,
+                   payloads.UpdateProgress.unpack, payloads.CalibrationStatus.unpack,
                    payloads.unpack_opened, payloads.unpack_error):
         with pytest.raises(ProtocolError):
             unpack(b"\0\0")
@@ -178,7 +190,7 @@ def test_documented_header():
 def test_documented_capabilities_and_status():
     sizes = {"u8": 1, "u16": 2, "u32": 4, "16 bytes": 16}
     for heading, payload in (("Capabilities", CAPABILITIES.pack()), ("Frame status", STATUS.pack()),
-                             ("Progress", PROGRESS.pack())):
+                             ("Progress", PROGRESS.pack()), ("Calibration state", CALIBRATION.pack())):
         rows   = table(heading)
         offset = 0
         for row in rows:
@@ -248,9 +260,34 @@ def test_refusals_of_updates_speak_of_updates(request_type):
     assert "too long" in text(ErrorCode.SIZE, 6)
 
 
-def test_documented_states_of_an_update():
-    fields = {row[2].split(",")[0].split(" ")[0].rstrip(":"): row[2] for row in table("Progress")}
-    for name, numbers in (("state", payloads.UpdateState), ("failure", payloads.UpdateFailure)):
+@pytest.mark.parametrize("failure", [*payloads.CalibrationFailure, 99])
+def test_every_failure_of_a_calibration_is_one_clear_line(failure):
+    text = str(failed_calibration(replace(CALIBRATION, failure=failure, rows_needed=77, rows=64)))
+    assert "\n" not in text and len(text) > 40
+    assert ("77 rows" in text and "keeps 64" in text) == (failure == payloads.CalibrationFailure.ROWS)
+    assert str(spoiled_frame(7, "why")).endswith("frame 7: why")
+
+
+@pytest.mark.parametrize("request_type", [MessageType.CALIBRATE, MessageType.RECORD, MessageType.ADOPT,
+                                          MessageType.CALIBRATION, MessageType.RECALL, MessageType.FORGET])
+def test_refusals_of_calibrations_speak_of_calibrations(request_type):
+    def text(code, detail):
+        return str(refusal(Message(MessageType.ERROR, payload=payloads.pack_error(code, request_type, detail))))
+    assert "built without rectification" in text(ErrorCode.TYPE, request_type)
+    assert "a calibration is checking" in text(ErrorCode.STATE, payloads.CalibrationState.CHECKING)
+    assert "no flash for a calibration" in text(ErrorCode.FLASH, 0)
+    assert "has no calibration" in text(ErrorCode.CALIBRATION, 0)
+    assert "images of 640x480 pixels" in text(ErrorCode.CALIBRATION, 640 << 16 | 480)
+    if request_type == MessageType.CALIBRATE:
+        assert "the calibration is too long" in text(ErrorCode.SIZE, 6)
+
+
+@pytest.mark.parametrize(("heading", "states", "failures"), [
+    ("Progress", payloads.UpdateState, payloads.UpdateFailure),
+    ("Calibration state", payloads.CalibrationState, payloads.CalibrationFailure)])
+def test_documented_states(heading, states, failures):
+    fields = {row[2].split(",")[0].split(" ")[0].rstrip(":"): row[2] for row in table(heading)}
+    for name, numbers in (("state", states), ("failure", failures)):
         documented = {word.upper(): int(number) for number, word in re.findall(r"(\d) (\w+)", fields[name])}
         assert documented == {member.name: member.value for member in numbers}
 
