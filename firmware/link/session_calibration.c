@@ -119,8 +119,10 @@ void session_forget(session_t *session, exchange_t *exchange)
         put_state(calibrate, exchange);
         break;
     case STATUS_STATE:
-    case STATUS_BUSY:
         refuse(exchange, ERROR_STATE, busy ? session->update->state : calibrate->state);
+        break;
+    case STATUS_BUSY:
+        refuse(exchange, ERROR_STATE, CALIBRATE_WRITING);
         break;
     default:
         refuse(exchange, ERROR_FLASH, 0);

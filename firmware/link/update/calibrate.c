@@ -157,6 +157,9 @@ status_t calibrate_forget(calibrate_t *calibrate)
     if (calibrate_is_running(calibrate)) {
         return STATUS_STATE;
     }
+    if (calibrate->records != NULL && calibrate->records->step != RECORDS_IDLE) {
+        return STATUS_BUSY;
+    }
     calibrate_discard(calibrate);
     rectification_forget(calibrate->rectification);
     calibrate->kept = false;

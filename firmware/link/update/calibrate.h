@@ -88,7 +88,8 @@ status_t calibrate_store(calibrate_t *calibrate, uint32_t offset, const uint8_t 
  * announced, STATUS_UNSUPPORTED if it cannot be kept. */
 status_t calibrate_adopt(calibrate_t *calibrate, bool keep);
 
-/** Uses no calibration, and erases the one in flash; waits for that. STATUS_STATE while one is checked or written. */
+/** Uses no calibration, and erases the one in flash; waits for that. STATUS_STATE while one is checked or written,
+ * STATUS_BUSY while another record is written: then nothing changes. */
 status_t calibrate_forget(calibrate_t *calibrate);
 
 /** Discards the announced calibration, unless it is being checked or written. */

@@ -256,6 +256,22 @@ static void test_flash(void)
     require_state(CALIBRATE_EMPTY, 0, false, false);
 }
 
+static void test_forget_while_another_record_is_written(void)
+{
+    static const uint8_t other[300] = {1, 2, 3};
+
+    set_up_with_flash();
+    adopt(1, true);
+    REQUIRE(records_begin_write(&records, RECORD_PROGRAM, other, sizeof(other)) == STATUS_OK);
+    REQUIRE(ask(TYPE_FORGET, 0, 0, NULL, 0) == TYPE_ERROR);
+    require_error(ERROR_STATE, CALIBRATE_WRITING);
+    require_state(CALIBRATE_DONE, 0, true, true);
+    while (records_poll(&records, uptime += 1000) == STATUS_BUSY) {
+    }
+    REQUIRE(ask(TYPE_FORGET, 0, 0, NULL, 0) == 0x98);
+    require_state(CALIBRATE_EMPTY, 0, false, false);
+}
+
 static void test_without_rectification(void)
 {
     static const uint8_t types[] = {TYPE_CALIBRATE, TYPE_RECORD, TYPE_ADOPT, TYPE_CALIBRATION, TYPE_RECALL, TYPE_FORGET};
@@ -372,6 +388,7 @@ int main(void)
     test_refused();
     test_order();
     test_flash();
+    test_forget_while_another_record_is_written();
     test_without_rectification();
     test_open();
     test_images();
