@@ -30,7 +30,7 @@ COUNT ?=
 FUZZ_SECONDS ?= 60
 #: number of frames
 SOAK_FRAMES ?= 100000
-#: what to break, if not everything: host, firmware, pixel-path, rectification, memory, link, crossings or peripheral
+#: what to break, if not everything: host, firmware, pixel-path, rectification, cameras, memory, link, crossings or peripheral
 AREA ?=
 #: faults of each area
 FAULTS ?= 50

@@ -31,6 +31,7 @@ ROOMS: dict[str, tuple[str, ...]] = {
     "gateware/post":          ("gateware/common", "gateware/engines"),
     "gateware/matcher":       ("gateware/common", "gateware/engines", "gateware/post"),
     "gateware/rectification": ("gateware/common",),
+    "gateware/cameras":       ("gateware/common",),
     "gateware/link":          ("gateware/common", "gateware/memory"),
     "gateware/peripherals":   ("gateware",),
     # The tools that build things, and the models, are at the bottom too.
@@ -136,6 +137,7 @@ def test_imports_run_one_way(package: str) -> None:
     ("gateware/common/new.py",     "from ..memory.ports import word_bytes"),
     ("gateware/engines/sad/new.py", "from ...matcher import raster"),
     ("gateware/rectification/new.py", "from ..matcher.raster import Raster"),
+    ("gateware/cameras/new.py",    "from ..rectification.rectifier import Rectifier"),
     ("soc/parts/new.py",           "from ..boards import BOARDS"),
     ("soc/boards/new.py",          "from litestereo.soc.flow.target import main"),
     ("soc/flow/new.py",            "import litestereo.sim.system.build"),

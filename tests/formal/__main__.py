@@ -12,6 +12,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from .crossing import crossing, crossing_reset, pulse_crossing
+from .frame_guard import frame_guard
 from .line_buffer import line_buffer
 from .map_parts import map_parts
 from .matcher import matcher
@@ -80,6 +81,7 @@ TASKS = [
     Task("PairGate", pair_gate, 16),
     Task("SendQueue", send_queue, 6, 1, 24),
     Task("MapParts", map_parts, 8, 2, 20),
+    Task("FrameGuard", frame_guard, 6, 1, 20),
     Task("RowWindow", row_window, 8, 4, 24),
     Task("RowRing", row_ring, 8),
 ]

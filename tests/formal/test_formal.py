@@ -9,6 +9,7 @@ import pytest
 
 from formal.__main__ import TASKS, Task
 from formal.crossing import crossing, crossing_reset, pulse_crossing
+from formal.frame_guard import frame_guard
 from formal.line_buffer import line_buffer
 from formal.map_parts import map_parts
 from formal.matcher import matcher
@@ -142,6 +143,28 @@ FAULTS = {
     "a header of another map": (
         map_parts, "map_parts", "MapParts", "If(self.open,\n                [getattr(header",
         "If(self.sink.valid,\n                [getattr(header", "is the map's"),
+    "a frame that ends with a row": (
+        frame_guard, "frame_guard", "FrameGuard", 'If(self.moves & self.last,\n                NextState("END")',
+        'If(self.moves & self.row_full,\n                NextState("END")', "no pixel too few"),
+    "a frame that goes on": (
+        frame_guard, "frame_guard", "FrameGuard", 'If(self.moves & self.last,\n                NextState("END")',
+        'If(self.moves & self.last & self.sink.valid,\n                NextState("END")', "no pixel too many"),
+    "a mark in each row": (
+        frame_guard, "frame_guard", "FrameGuard", "self.row_full & (self.row == self.rows)", "self.row_full",
+        "so is the last"),
+    "a row that is not cut": (
+        frame_guard, "frame_guard", "FrameGuard",
+        "source.valid.eq(~self.given),\n                sink.ready.eq(self.given | ",
+        "source.valid.eq(1),\n                sink.ready.eq(", "rows of the sensor are followed"),
+    "a flag that does not hold": (
+        frame_guard, "frame_guard", "FrameGuard", "self.flags.eq(self.flags | Cat(*self.events.values()))",
+        "self.flags.eq(Cat(*self.events.values()))", "the flags are the events of the frame"),
+    "a frame begun in another one": (
+        frame_guard, "frame_guard", "FrameGuard", 'self.dropped.eq(self.item["frame_begin"])', "self.dropped.eq(0)",
+        "a frame of the sensor's that does not begin is dropped"),
+    "a pixel taken back": (
+        frame_guard, "frame_guard", "FrameGuard", 'fsm.act("PAD",\n            source.valid.eq(1),',
+        'fsm.act("PAD",\n            source.valid.eq(self.accept),', "what is offered stays"),
     "a row read too early": (
         row_window, "row_window", "RowWindow", "(counts.written >= position.needed)",
         "(counts.written + 1 >= position.needed)", "it waits for its rows"),

@@ -11,6 +11,13 @@ import pytest
 from litex.gen import LiteXModule
 from litex.soc.interconnect import stream
 
+from litestereo.gateware.cameras.dvp_receiver import DVPReceiver
+from litestereo.gateware.cameras.frame_guard import FrameGuard
+from litestereo.gateware.cameras.pair_matcher import PairMatcher
+from litestereo.gateware.cameras.parameters import CameraParameters
+from litestereo.gateware.cameras.sensor_capture import SensorCapture
+from litestereo.gateware.cameras.sensor_crossing import SensorCrossing
+from litestereo.gateware.cameras.trigger_generator import TriggerGenerator
 from litestereo.gateware.common.parameters import MatcherParameters
 from litestereo.gateware.engines.sad.absolute_difference import AbsoluteDifference
 from litestereo.gateware.engines.sad.block_sum import BlockSum
@@ -71,6 +78,15 @@ def test_latency_and_reset_of_rectification(core):
     """A core of the rectifier declares its latency, or None, and has a reset."""
     check_core(core(RectifierParameters(100, 100, 16)))
     check_core(Bilinear())
+
+
+@pytest.mark.parametrize("core", [DVPReceiver, FrameGuard, SensorCrossing, SensorCapture, TriggerGenerator,
+                                  PairMatcher])
+def test_latency_and_reset_of_cameras(core):
+    """A core of the cameras declares its latency, or None, and has a reset if it is in one clock domain."""
+    built = core(CameraParameters()) if core in (FrameGuard, SensorCapture) else core()
+    assert built.latency is None or built.latency > 0
+    assert core in (SensorCrossing, SensorCapture) or len(built.reset) == 1
 
 
 def check_core(built):

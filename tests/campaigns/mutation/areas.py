@@ -124,6 +124,19 @@ RECTIFICATION = {
     "row_window.py": ("gateware/rectification/test_cores.py", "gateware/rectification/test_rectifier.py"),
 }
 
+CAMERAS = {
+    "clock_watch.py":       ("gateware/cameras/test_sensor_capture.py", "-k", "runs"),
+    "dvp_receiver.py":      ("gateware/cameras/test_dvp_receiver.py",),
+    "event_totals.py":      ("gateware/cameras/test_sensor_capture.py", "-k", "frames"),
+    "frame_guard.py":       ("gateware/cameras/test_frame_guard.py", f"{PROOF}[FrameGuard]"),
+    "noise.py":             ("gateware/cameras/test_pattern.py",),
+    "pair_matcher.py":      ("gateware/cameras/test_triggers.py",),
+    "sensor_capture.py":    ("gateware/cameras/test_sensor_capture.py",),
+    "sensor_crossing.py":   ("gateware/cameras/test_sensor_crossing.py", "gateware/cameras/test_sensor_capture.py"),
+    "test_pattern.py":      ("gateware/cameras/test_pattern.py",),
+    "trigger_generator.py": ("gateware/cameras/test_triggers.py",),
+}
+
 PERIPHERALS = {
     # The network's has no streamed frames.
     "frame_link.py":        (LINK, STREAMING, NETWORK),
@@ -279,6 +292,7 @@ AREAS = {
     }, "assembly"),
     "pixel-path": _gateware(PIXEL_PATH, "gateware/", "engines", "matcher", "post"),
     "rectification": _gateware(RECTIFICATION, "gateware/rectification/", "rectification"),
+    "cameras":    _gateware(CAMERAS, "gateware/cameras/", "cameras"),
     "memory":     _gateware(MEMORY, "gateware/memory/", "memory",
                             excluded={"port_crossing.py": "in the crossings"}),
     "link":       _gateware(LINK_CORES, "gateware/link/", "link"),
