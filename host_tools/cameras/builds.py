@@ -33,13 +33,13 @@ class Room:
 
 #: Room for rectification by the name of the board.
 BUILDS = {
-    "colorlight_i5":   Room(640, 5, 0),
-    "colorlight_i9":   Room(640, 37, 38),
-    "ulx3s":           Room(640, 101, MOST_ROWS),
-    "ecpix5":          Room(640, 89, MOST_ROWS),
-    "tang_primer_20k": Room(640, 5, 0),
-    "arty":            Room(640, 48, 50),
-    "atlys":           Room(640, 53, 64),
+    "colorlight_i5":   Room(640, 6, 0),
+    "colorlight_i9":   Room(640, 28, 24),
+    "ulx3s":           Room(640, 94, MOST_ROWS),
+    "ecpix5":          Room(640, 80, MOST_ROWS),
+    "tang_primer_20k": Room(512, 0, 0),
+    "arty":            Room(640, 51, 64),
+    "atlys":           Room(640, 46, 50),
 }
 
 

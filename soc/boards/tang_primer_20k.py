@@ -28,6 +28,7 @@ class TangPrimer20k(BoardSoC):
     preset        = Preset(
         disparities    = 16,
         max_block_size = 9,
+        max_width      = 512, # Wider images need more block RAM than there is.
         sys_clk_freq   = 48000000,
     )
 

@@ -119,8 +119,8 @@ def test_boards_by_rows():
     def boards(below):
         return boards_with_room(fit_pair([(columns, rows), (columns, rows + below)]))
 
-    assert boards(0) == boards(32) == ["colorlight_i9", "ulx3s", "ecpix5", "arty", "atlys"]
-    assert boards(34) == boards(44) == ["ulx3s", "ecpix5", "arty", "atlys"]
-    assert boards(46) == boards(58) == ["ulx3s", "ecpix5", "atlys"]
+    assert boards(0) == boards(18) == ["colorlight_i9", "ulx3s", "ecpix5", "arty", "atlys"]
+    assert boards(20) == boards(44) == ["ulx3s", "ecpix5", "arty", "atlys"]
+    assert boards(46) == boards(58) == ["ulx3s", "ecpix5", "arty"]
     assert boards(60) == boards(90) == ["ulx3s", "ecpix5"]
     assert boards(92) == []
