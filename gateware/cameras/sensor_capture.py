@@ -30,7 +30,7 @@ class SensorCapture(LiteXModule):
         ──  pipeline          ══  stream
 
     Its settings are those of `guard` and `watch`. A reset of either domain forgets the frame that is under way. If the
-    sensor's clock stands still, the system's side of the crossing waits for it, and `starts` and `source` are silent.
+    sensor's clock is stopped, the system's side of the crossing waits for it, and `starts` and `source` are silent.
 
     Parameters
     ----------

@@ -17,6 +17,7 @@ from ..protocol.messages import CHUNK_BYTES, MessageType
 from ..protocol.payloads import CalibrationState, CalibrationStatus
 from ..protocol.refusals import failed_calibration
 from .base import Progress
+from .pieces import report, upload_pieces
 
 #: Seconds between two polls for the state.
 _POLL_S = 0.1
@@ -66,7 +67,7 @@ def write_calibration(link: Link, record: bytes, keep: bool, progress: Progress 
         _ask(link, MessageType.CALIBRATE, payloads.pack_update(len(record), crc ^ 1))
         reply = _ask(link, MessageType.CALIBRATE, payloads.pack_update(len(record), crc))
     if reply.state == CalibrationState.LOADING:
-        _upload(link, record, progress)
+        upload_pieces(link, MessageType.RECORD, record, progress)
         reply = _ask(link, MessageType.ADOPT, payloads.pack_number(int(keep)))
     return _wait(link, reply, progress)
 
@@ -107,19 +108,9 @@ def _ask(link: Link, kind: MessageType, payload: bytes = b"") -> CalibrationStat
     return CalibrationStatus.unpack(link.call(kind, payload).payload)
 
 
-def _upload(link: Link, record: bytes, progress: Progress | None) -> None:
-    offsets = range(0, len(record), CHUNK_BYTES)
-    calls   = [link.submit(MessageType.RECORD, record[offset:offset + CHUNK_BYTES], offset=offset)
-               for offset in offsets]
-    for index, call in enumerate(calls):
-        _report(progress, "upload", index, len(calls))
-        link.wait([call])
-    _report(progress, "upload", len(calls), len(calls))
-
-
 def _wait(link: Link, reply: CalibrationStatus, progress: Progress | None) -> CalibrationStatus:
     give_up_at = time.monotonic() + _WRITE_LIMIT_S
-    _report(progress, "write", 0, 1)
+    report(progress, "write", 0, 1)
     while reply.state != CalibrationState.DONE:
         if reply.state == CalibrationState.FAILED:
             raise failed_calibration(reply)
@@ -130,10 +121,5 @@ def _wait(link: Link, reply: CalibrationStatus, progress: Progress | None) -> Ca
                               "it, and try again")
         link.idle(_POLL_S)
         reply = ask_calibration(link)
-    _report(progress, "write", 1, 1)
+    report(progress, "write", 1, 1)
     return reply
-
-
-def _report(progress: Progress | None, phase: str, done: int, total: int) -> None:
-    if progress is not None:
-        progress(phase, done, total)

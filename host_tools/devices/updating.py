@@ -12,11 +12,12 @@ import time
 from ..core.errors import DeviceError, LinkTimeout
 from ..link.link import Link
 from ..protocol import payloads
-from ..protocol.messages import CHUNK_BYTES, ErrorCode, MessageType
+from ..protocol.messages import ErrorCode, MessageType
 from ..protocol.payloads import Trial, UpdateProgress, UpdateState
 from ..protocol.refusals import failed_update
 from .base import Progress
 from .firmware_image import FirmwareImage
+from .pieces import report, upload_pieces
 
 #: Seconds between two polls for the progress, and between two hellos to a device that is restarting.
 _POLL_S = 0.1
@@ -47,7 +48,7 @@ def write_firmware(link: Link, image: FirmwareImage, progress: Progress | None) 
     image.check_room(_ask(link, MessageType.PROGRESS).room)
     reply = _ask(link, MessageType.UPDATE, payloads.pack_update(len(image.program), image.crc))
     if reply.state == UpdateState.LOADING:
-        _upload(link, image.program, progress)
+        upload_pieces(link, MessageType.IMAGE, image.program, progress)
         reply = _ask(link, MessageType.WRITE)
     _wait(link, reply, progress)
 
@@ -66,18 +67,6 @@ def _ask(link: Link, kind: MessageType, payload: bytes = b"") -> UpdateProgress:
     return UpdateProgress.unpack(link.call(kind, payload).payload)
 
 
-def _upload(link: Link, program: bytes, progress: Progress | None) -> None:
-    offsets = range(0, len(program), CHUNK_BYTES)
-    calls   = [link.submit(MessageType.IMAGE, program[offset:offset + CHUNK_BYTES], offset=offset)
-               for offset in offsets]
-    for index, call in enumerate(calls):
-        if progress is not None:
-            progress("upload", index, len(calls))
-        link.wait([call])
-    if progress is not None:
-        progress("upload", len(calls), len(calls))
-
-
 def _wait(link: Link, reply: UpdateProgress, progress: Progress | None) -> None:
     moved_at = time.monotonic()
     while reply.state != UpdateState.DONE:
@@ -88,14 +77,12 @@ def _wait(link: Link, reply: UpdateProgress, progress: Progress | None) -> None:
         if time.monotonic() - moved_at > _STUCK_LIMIT_S:
             raise LinkTimeout(f"the device has made no progress with the firmware for {_STUCK_LIMIT_S:g} s: restart "
                               "it, and try again")
-        if progress is not None:
-            progress("write", reply.done, reply.total)
+        report(progress, "write", reply.done, reply.total)
         link.idle(_POLL_S)
         before, reply = reply, _ask(link, MessageType.PROGRESS)
         if (reply.state, reply.done) != (before.state, before.done):
             moved_at = time.monotonic()
-    if progress is not None:
-        progress("write", reply.total, reply.total)
+    report(progress, "write", reply.total, reply.total)
 
 
 def restart_device(link: Link, limit_s: float) -> payloads.Capabilities:

@@ -228,7 +228,7 @@ def test_a_successor_that_stalls(bench):
 
 @pytest.mark.parametrize("still", ["pixel", "system"])
 def test_reset_in_mid_frame(bench, still):
-    """After a reset, also while a clock stands still, the frame under way is gone, and the next one is whole."""
+    """After a reset, also while a clock is stopped, the frame under way is gone, and the next one is whole."""
     for _ in range(6):
         sensor = bench.restart(Format(vsync_low=1), bench.rng.uniform(1.1, 3.0), 1.0)
         rows   = [drawn_rows(WIDTH, HEIGHT, bench.rng) for _ in range(2)]

@@ -66,7 +66,7 @@ CASES = pytest.mark.parametrize("still, listens", [("into", True), ("out", True)
 
 @CASES
 def test_words_after_a_reset(still, listens):
-    """After a reset while one of the clocks stood still, all words come out that went in, and no others."""
+    """After a reset while one of the clocks was stopped, all words come out that went in, and no others."""
     rng  = byte_generator(70, still, str(listens))
     sent, taken, chance = [], [], {"into": 1.0, "out": 1.0}
 

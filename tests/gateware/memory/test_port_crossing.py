@@ -91,7 +91,7 @@ class ReadAndWrite(LiteXModule):
 @pytest.mark.parametrize("still", ["core", "memory"])
 @pytest.mark.parametrize("kind", PORTS)
 def test_after_a_reset_without_a_clock(kind, still):
-    """After a reset while a clock stood still each word is read and written once, and nothing is left of before."""
+    """After a reset while a clock was stopped, each word is read and written once, and nothing is left of before."""
     rng   = byte_generator(27, kind, still)
     ports = {name: PORTS[kind](name) for name in ("read", "write")}
     top   = ReadAndWrite(*ports.values())
