@@ -90,7 +90,6 @@ class ECPIX5(BoardSoC):
         max_block_size = 15,
         sys_clk_freq   = 70000000,
         matcher_hz     = 100000000,
-        density        = 0.8,
     )
 
     def make_platform(self):

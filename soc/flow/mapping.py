@@ -75,6 +75,33 @@ def without_fed_carries(netlist: Path) -> None:
             nets["CIN"] = nets["S0"] = ["x"]
     netlist.write_text(json.dumps(design))
 
+def with_global_resets(netlist: Path) -> None:
+    """Give resets of an ECP5 netlist, as JSON, that are registers and have many flip-flops a global network each.
+
+    nextpnr promotes clocks alone. As a common net, a reset has an arc for each of thousands of flip-flops, all of them
+    into the two wires that a tile has for resets and for the writing of distributed RAM. There its router took wires
+    from one arc for the next and back for an hour, and ended or not by the seed.
+    """
+    design = json.loads(netlist.read_text())
+    for module in design["modules"].values():
+        cells  = module["cells"]
+        resets = Counter(bit for cell in cells.values() if cell["type"] == "TRELLIS_FF"
+            for bit in cell["connections"].get("LSR", []))
+        many   = [cell["connections"]["Q"][0] for cell in cells.values()
+            if cell["type"] == "TRELLIS_FF" and resets[cell["connections"]["Q"][0]] >= GLOBAL_RESETS]
+        free   = 1 + max((bit for cell in cells.values() for bits in cell["connections"].values() for bit in bits
+            if isinstance(bit, int)), default=1)
+        moved  = {bit: free + number for number, bit in enumerate(many)}
+        for cell in cells.values():
+            if cell["type"] == "TRELLIS_FF" and "LSR" in cell["connections"]:
+                cell["connections"]["LSR"] = [moved.get(bit, bit) for bit in cell["connections"]["LSR"]]
+        for bit, driven in moved.items():
+            cells[f"global_reset_{bit}"] = _global_buffer(bit, driven)
+    netlist.write_text(json.dumps(design))
+
+# Flip-flops from which on a reset has a global network: there are 16 of these, and a design has few such resets.
+GLOBAL_RESETS = 1000
+
 # Contents of the LUT of a bit, as Yosys maps it: its result without the carry, and the carry that it makes itself, A.
 SUM_INIT = "1001011010101010"
 
@@ -99,4 +126,15 @@ def _lut(a: list, b: list, z: object) -> dict:
         "attributes":      {},
         "port_directions": {"A": "input", "B": "input", "C": "input", "D": "input", "Z": "output"},
         "connections":     {"A": a, "B": b, "C": ["0"], "D": ["0"], "Z": [z]},
+    }
+
+def _global_buffer(net: int, driven: int) -> dict:
+    """Return the cell of a buffer from a net onto a global network."""
+    return {
+        "hide_name":       0,
+        "type":            "DCCA",
+        "parameters":      {},
+        "attributes":      {},
+        "port_directions": {"CLKI": "input", "CE": "input", "CLKO": "output"},
+        "connections":     {"CLKI": [net], "CE": ["1"], "CLKO": [driven]},
     }

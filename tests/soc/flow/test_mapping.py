@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Hints for Yosys and nextpnr: memories whose ports never collide, carries that nothing reads, and first ones."""
+"""Hints for Yosys and nextpnr: memories whose ports never collide, carries that nothing reads, first ones, and resets."""
 
 import json
 import random
@@ -11,7 +11,9 @@ import random
 import pytest
 
 from litestereo.soc.flow.mapping import (
+    GLOBAL_RESETS,
     SUM_INIT,
+    with_global_resets,
     with_garbage,
     without_collision_logic,
     without_fed_carries,
@@ -149,3 +151,32 @@ def test_first_carries_of_another_form(tmp_path):
     path.write_text(json.dumps(netlist))
     with pytest.raises(ValueError, match="slice0 do not begin as Yosys 0.70 maps them"):
         without_fed_carries(path)
+
+
+def test_global_resets(tmp_path):
+    """A reset of many flip-flops that a register drives is on a global network, and nothing else is changed."""
+    def flip_flop(reset, output):
+        return {"type": "TRELLIS_FF", "port_directions": {"DI": "input", "LSR": "input", "Q": "output"},
+                "connections": {"DI": ["0"], "LSR": [reset], "Q": [output]}}
+
+    registered, few, combinational = 2, 3, 4
+    cells = {"registered": flip_flop("0", registered), "few": flip_flop("0", few),
+             "lut": {"type": "LUT4", "port_directions": {"A": "input", "Z": "output"},
+                     "connections": {"A": [registered], "Z": [combinational]}}}
+    for reset, count in ((registered, GLOBAL_RESETS), (few, GLOBAL_RESETS - 1), (combinational, GLOBAL_RESETS + 1)):
+        cells |= {f"{reset}_{number}": flip_flop(reset, 100 + len(cells) + number) for number in range(count)}
+    before = json.loads(json.dumps(cells))
+    path   = tmp_path / "top.json"
+    path.write_text(json.dumps({"modules": {"top": {"ports": {}, "cells": cells}}}))
+    with_global_resets(path)
+    after = json.loads(path.read_text())["modules"]["top"]["cells"]
+    (name,) = set(after) - set(before)
+    buffer  = after.pop(name)
+    (network,) = buffer["connections"]["CLKO"]
+    assert buffer["type"] == "DCCA"
+    assert buffer["connections"] | {"CLKO": 0} == {"CLKI": [registered], "CE": ["1"], "CLKO": 0}
+    used = {bit for cell in before.values() for bits in cell["connections"].values() for bit in bits}
+    assert network not in used
+    for number in range(GLOBAL_RESETS):
+        before[f"{registered}_{number}"]["connections"]["LSR"] = [network]
+    assert after == before
