@@ -17,5 +17,5 @@ class ColorlightI9(ColorlightSoC):
         disparities    = 64,
         max_block_size = 9,
         sys_clk_freq   = 65000000,
-        seed           = 2,
+        seed           = 3,
     )

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Hints for Yosys and nextpnr: memories whose ports never collide, carries that nothing reads, first ones, and resets."""
+"""Hints for Yosys and nextpnr: memories whose ports never collide, unread carries, first carries, resets."""
 
 import json
 import random
@@ -13,8 +13,8 @@ import pytest
 from litestereo.soc.flow.mapping import (
     GLOBAL_RESETS,
     SUM_INIT,
-    with_global_resets,
     with_garbage,
+    with_global_resets,
     without_collision_logic,
     without_fed_carries,
     without_open_carries,
