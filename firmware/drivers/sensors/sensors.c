@@ -1,0 +1,425 @@
+/*
+ * This file is part of LiteStereo.
+ *
+ * SPDX-License-Identifier: BSD-2-Clause
+ */
+
+#include <string.h>
+
+#include "sensor_model.h"
+
+#define RESET_US 1000u
+
+/* Bytes of the longest transfer: address of a register and its value. */
+#define MOST_BYTES 4
+
+const char *sensor_name(const sensor_model_t *model)
+{
+    return model->name;
+}
+
+sensor_format_t sensor_format(const sensor_model_t *model)
+{
+    return model->format;
+}
+
+uint32_t sensor_clock_hz(const sensor_model_t *model, uint32_t master_hz)
+{
+    return master_hz >= model->least_hz && master_hz <= model->most_hz ? master_hz * model->clocks : 0;
+}
+
+/* Settings and their limits. */
+
+/* Whether columns, or rows, of a window are within the array; `binned` are those of the sensor. */
+static bool fits(const sensor_model_t *model, uint32_t binned, uint32_t first, uint32_t all)
+{
+    bool good = binned != 0 && first + binned <= all && binned % model->multiple == 0 && first % model->multiple == 0;
+
+    return good && (!model->whole || binned == all);
+}
+
+static status_t check_window(const sensor_model_t *model, const sensor_settings_t *settings)
+{
+    uint32_t binning = settings->binning;
+    bool     known   = binning == 1 || binning == 2 || binning == 4;
+    bool     good    = known && (model->binnings & binning) != 0
+        && fits(model, settings->width * binning, settings->column, model->columns)
+        && fits(model, settings->height * binning, settings->row, model->rows);
+
+    return good ? STATUS_OK : STATUS_SIZE;
+}
+
+status_t sensor_timing(const sensor_model_t *model, const sensor_settings_t *settings, sensor_timing_t *timing)
+{
+    status_t status = check_window(model, settings);
+
+    if (status == STATUS_OK) {
+        *timing = model->timing(settings);
+    }
+    return status;
+}
+
+exposure_limits_t sensor_exposure_limits(const sensor_model_t *model, const sensor_settings_t *settings)
+{
+    return (exposure_limits_t){
+        .least_exposure = 1, .most_exposure = (uint16_t)(settings->frame_rows - model->exposure_rows),
+        .least_gain = 16, .most_gain = model->most_gain,
+    };
+}
+
+status_t sensor_check(const sensor_model_t *model, const sensor_settings_t *settings)
+{
+    sensor_timing_t   timing;
+    exposure_limits_t limits;
+    status_t          status = sensor_timing(model, settings, &timing);
+
+    if (status != STATUS_OK) {
+        return status;
+    }
+    if (settings->row_clocks < timing.least_row_clocks || settings->row_clocks > timing.most_row_clocks
+        || settings->frame_rows < timing.least_frame_rows || settings->frame_rows > timing.most_frame_rows) {
+        return STATUS_BAD_ARGUMENT;
+    }
+    limits = sensor_exposure_limits(model, settings);
+    return exposure_check(&limits, settings->exposure, settings->gain);
+}
+
+status_t sensor_defaults(const sensor_model_t *model, uint16_t width, uint16_t height, sensor_settings_t *settings)
+{
+    for (uint8_t binning = 4; binning != 0; binning >>= 1) {
+        uint32_t          columns = width * (uint32_t)binning, rows = height * (uint32_t)binning;
+        sensor_settings_t found = {.width = width, .height = height, .binning = binning, .gain = 16};
+        sensor_timing_t   timing;
+
+        if (columns > model->columns || rows > model->rows) {
+            continue;
+        }
+        found.column = (uint16_t)((model->columns - columns) / 2 / model->multiple * model->multiple);
+        found.row    = (uint16_t)((model->rows - rows) / 2 / model->multiple * model->multiple);
+        if (sensor_timing(model, &found, &timing) == STATUS_OK) {
+            found.row_clocks = timing.least_row_clocks;
+            found.frame_rows = (uint16_t)(rows + model->blank_rows);
+            found.exposure   = found.frame_rows / 2;
+            *settings        = found;
+            return STATUS_OK;
+        }
+    }
+    return STATUS_SIZE;
+}
+
+uint32_t sensor_rate(const sensor_model_t *model, const sensor_settings_t *settings, uint32_t master_hz)
+{
+    uint64_t clocks = (uint64_t)settings->row_clocks * settings->frame_rows;
+    uint64_t hz     = sensor_clock_hz(model, master_hz);
+
+    return clocks == 0 ? 0 : (uint32_t)((hz * 1000 + clocks / 2) / clocks);
+}
+
+status_t sensor_set_rate(const sensor_model_t *model, sensor_settings_t *settings, uint32_t master_hz, uint32_t rate)
+{
+    uint64_t          row_rate = (uint64_t)settings->row_clocks * rate;
+    uint64_t          hz       = sensor_clock_hz(model, master_hz);
+    uint64_t          rows     = row_rate == 0 ? 0 : (hz * 1000 + row_rate / 2) / row_rate;
+    sensor_settings_t changed  = *settings;
+    status_t          status;
+
+    if (rows == 0 || rows > UINT16_MAX) {
+        return STATUS_BAD_ARGUMENT;
+    }
+    changed.frame_rows = (uint16_t)rows;
+    status             = sensor_check(model, &changed);
+    if (status == STATUS_OK) {
+        *settings = changed;
+    }
+    return status;
+}
+
+/* Registers. */
+
+static size_t put(uint8_t *bytes, uint16_t value, unsigned count)
+{
+    if (count == 2) {
+        *bytes++ = (uint8_t)(value >> 8);
+    }
+    *bytes = (uint8_t)value;
+    return count;
+}
+
+static status_t write_register(sensors_t *sensors, uint8_t which, const sensor_write_t *write)
+{
+    const sensor_model_t *model = sensors->model;
+    uint8_t               bytes[MOST_BYTES];
+    size_t                count = put(bytes, write->reg, model->register_bytes);
+    status_t              status;
+
+    count += put(bytes + count, write->value, model->value_bytes);
+    status = sensor_bus_write(sensors->bus, which, model->address, bytes, count);
+    if (write->pause_ms != 0) {
+        sensor_bus_pause(sensors->bus, write->pause_ms * 1000u);
+    }
+    return status;
+}
+
+static status_t write_list(sensors_t *sensors, uint8_t which, const sensor_write_t *writes, size_t count)
+{
+    status_t status = STATUS_OK;
+
+    for (size_t i = 0; i < count && status == STATUS_OK; i++) {
+        status = write_register(sensors, which, &writes[i]);
+    }
+    return status;
+}
+
+/* Compares a register of one sensor with a value. */
+static status_t compare(sensors_t *sensors, uint8_t which, const sensor_write_t *write, sensor_fault_kind_t kind)
+{
+    const sensor_model_t *model = sensors->model;
+    sensor_bus_t         *bus   = sensors->bus;
+    uint8_t               reg[2], bytes[2];
+    uint16_t              value;
+    status_t              status;
+
+    put(reg, write->reg, model->register_bytes);
+    status = sensor_bus_read(bus, which, model->address, reg, model->register_bytes, bytes, model->value_bytes,
+        model->sccb);
+    if (status != STATUS_OK) {
+        return status;
+    }
+    value = model->value_bytes == 2 ? (uint16_t)(bytes[0] << 8 | bytes[1]) : bytes[0];
+    if (((value ^ write->value) & write->readable) == 0) {
+        return STATUS_OK;
+    }
+    bus->fault = (sensor_fault_t){
+        .kind = kind, .sensors = which, .reg = write->reg, .expected = write->value, .value = value,
+    };
+    return STATUS_UNSUPPORTED;
+}
+
+static status_t compare_list(sensors_t *sensors, uint8_t which, const sensor_write_t *writes, size_t count,
+    sensor_fault_kind_t kind)
+{
+    status_t status = STATUS_OK;
+
+    for (size_t i = 0; i < count && status == STATUS_OK; i++) {
+        if (writes[i].readable != 0) {
+            status = compare(sensors, which, &writes[i], kind);
+        }
+    }
+    return status;
+}
+
+/* Reads a list back from each of these sensors. */
+static status_t verify(sensors_t *sensors, uint8_t which, const sensor_write_t *writes, size_t count)
+{
+    status_t status = STATUS_OK;
+
+    for (uint8_t sensor = SENSOR_LEFT; sensor <= SENSOR_RIGHT && status == STATUS_OK; sensor <<= 1) {
+        if ((which & sensor) != 0) {
+            status = compare_list(sensors, sensor, writes, count, SENSOR_FAULT_READ_BACK);
+        }
+    }
+    return status;
+}
+
+/* Has sensors_poll look after the sensors, if something went wrong. */
+static status_t watched(sensors_t *sensors, status_t status)
+{
+    if (status != STATUS_OK && sensors->running) {
+        sensors->running = false;
+        sensors->losses++;
+    }
+    return status;
+}
+
+static status_t write_and_verify(sensors_t *sensors, uint8_t which, const sensor_write_t *writes, size_t count)
+{
+    status_t status = write_list(sensors, which, writes, count);
+
+    return status == STATUS_OK ? verify(sensors, which, writes, count) : status;
+}
+
+/* All that depends on settings. */
+static size_t list_settings(const sensor_model_t *model, const sensor_settings_t *settings, sensor_write_t *writes)
+{
+    size_t count = model->frame(settings, writes);
+
+    count += model->expose(settings, writes + count);
+    return count + model->pattern(settings, writes + count);
+}
+
+/* Set-up. */
+
+/* Sensors that answer with their identity. */
+static uint8_t identify(sensors_t *sensors, status_t *status)
+{
+    const sensor_list_t *identity = &sensors->model->identity;
+    uint8_t              present  = 0;
+
+    *status = STATUS_OK;
+    for (uint8_t sensor = SENSOR_LEFT; sensor <= SENSOR_RIGHT; sensor <<= 1) {
+        status_t answer = compare_list(sensors, sensor, identity->writes, identity->count, SENSOR_FAULT_IDENTITY);
+
+        if (answer == STATUS_OK) {
+            present |= sensor;
+        } else {
+            *status = answer;
+        }
+    }
+    return present;
+}
+
+static status_t set_up(sensors_t *sensors)
+{
+    const sensor_model_t *model = sensors->model;
+    sensor_write_t        writes[SENSOR_MOST_WRITES];
+    size_t                count = list_settings(model, &sensors->settings, writes);
+    status_t              status;
+
+    sensors->running = false;
+    sensor_bus_reset(sensors->bus, true);
+    sensor_bus_pause(sensors->bus, RESET_US);
+    sensor_bus_reset(sensors->bus, false);
+    sensor_bus_pause(sensors->bus, model->wake_ms * 1000u);
+    sensors->present = identify(sensors, &status);
+    if (status == STATUS_OK) {
+        status = write_list(sensors, SENSOR_BOTH, model->set_up.writes, model->set_up.count);
+    }
+    if (status == STATUS_OK) {
+        status = write_list(sensors, SENSOR_BOTH, writes, count);
+    }
+    if (status == STATUS_OK) {
+        status = write_list(sensors, SENSOR_BOTH, model->start.writes, model->start.count);
+    }
+    /* Reading comes last: both sensors get their writes at the same time, and begin with the last one. */
+    if (status == STATUS_OK) {
+        status = verify(sensors, SENSOR_BOTH, model->set_up.writes, model->set_up.count);
+    }
+    if (status == STATUS_OK) {
+        status = verify(sensors, SENSOR_BOTH, writes, count);
+    }
+    if (status == STATUS_OK) {
+        status = verify(sensors, SENSOR_BOTH, model->start.writes, model->start.count);
+    }
+    sensors->running  = status == STATUS_OK;
+    sensors->set_ups += status == STATUS_OK;
+    return status;
+}
+
+void sensors_init(sensors_t *sensors, sensor_bus_t *bus, const sensor_model_t *model)
+{
+    *sensors = (sensors_t){.bus = bus, .model = model};
+}
+
+status_t sensors_begin(sensors_t *sensors, const sensor_settings_t *settings, uint64_t clock)
+{
+    status_t status = sensor_check(sensors->model, settings);
+
+    if (status != STATUS_OK) {
+        return status;
+    }
+    sensors->settings = *settings;
+    sensors->begun    = true;
+    sensors->polled   = clock;
+    status            = set_up(sensors);
+    sensors->told     = status == STATUS_OK;
+    return status;
+}
+
+/* Changes of sensors that run. */
+
+status_t sensors_apply(sensors_t *sensors, const sensor_settings_t *settings)
+{
+    sensor_write_t writes[SENSOR_MOST_WRITES];
+    status_t       status = sensors->running ? sensor_check(sensors->model, settings) : STATUS_STATE;
+
+    if (status != STATUS_OK) {
+        return status;
+    }
+    sensors->settings = *settings;
+    return watched(sensors, write_and_verify(sensors, SENSOR_BOTH, writes, list_settings(sensors->model, settings, writes)));
+}
+
+status_t sensors_expose(sensors_t *sensors, uint16_t exposure, uint16_t gain)
+{
+    exposure_limits_t limits = sensor_exposure_limits(sensors->model, &sensors->settings);
+    sensor_write_t    writes[SENSOR_MOST_WRITES];
+    size_t            count;
+    status_t          status = sensors->running ? exposure_check(&limits, exposure, gain) : STATUS_STATE;
+
+    if (status != STATUS_OK) {
+        return status;
+    }
+    sensors->settings.exposure = exposure;
+    sensors->settings.gain     = gain;
+    count                      = sensors->model->expose(&sensors->settings, writes);
+    return watched(sensors, write_list(sensors, SENSOR_BOTH, writes, count));
+}
+
+status_t sensors_show_pattern(sensors_t *sensors, bool on)
+{
+    sensor_write_t writes[SENSOR_MOST_WRITES];
+
+    if (!sensors->running) {
+        return STATUS_STATE;
+    }
+    sensors->settings.pattern = on;
+    return watched(sensors, write_and_verify(sensors, SENSOR_BOTH, writes,
+        sensors->model->pattern(&sensors->settings, writes)));
+}
+
+status_t sensors_shift(sensors_t *sensors, uint8_t sensor, uint16_t frame_rows)
+{
+    sensor_settings_t settings = sensors->settings;
+    sensor_write_t    writes[SENSOR_MOST_WRITES];
+    status_t          status;
+
+    if (sensor != SENSOR_LEFT && sensor != SENSOR_RIGHT) {
+        return STATUS_BAD_ARGUMENT;
+    }
+    settings.frame_rows = frame_rows;
+    status              = sensors->running ? sensor_check(sensors->model, &settings) : STATUS_STATE;
+    if (status != STATUS_OK) {
+        return status;
+    }
+    return watched(sensors, write_and_verify(sensors, sensor, writes, sensors->model->frame(&settings, writes)));
+}
+
+/* Polls. */
+
+/* Whether both sensors are there, with what was written to them. */
+static bool are_well(sensors_t *sensors)
+{
+    sensor_write_t writes[SENSOR_MOST_WRITES];
+    size_t         count = sensors->model->expose(&sensors->settings, writes);
+    status_t       status;
+
+    writes[count++]  = sensors->model->witness;
+    sensors->present = identify(sensors, &status);
+    return status == STATUS_OK && verify(sensors, SENSOR_BOTH, writes, count) == STATUS_OK;
+}
+
+sensors_event_t sensors_poll(sensors_t *sensors, uint64_t clock)
+{
+    if (sensors->told && !sensors->running) {
+        sensors->told = false;
+        return SENSORS_GONE;
+    }
+    if (!sensors->begun || clock - sensors->polled < sensors->bus->pins.clock_hz) {
+        return SENSORS_SAME;
+    }
+    sensors->polled = clock;
+    if (sensors->running) {
+        /* A disturbance of the bus alone is no reason to lose frames. */
+        if (are_well(sensors) || are_well(sensors)) {
+            return SENSORS_SAME;
+        }
+        (void)watched(sensors, STATUS_UNSUPPORTED);
+        sensors->told = false;
+        return SENSORS_GONE;
+    }
+    if (set_up(sensors) != STATUS_OK) {
+        return SENSORS_SAME;
+    }
+    sensors->told = true;
+    return SENSORS_BACK;
+}
