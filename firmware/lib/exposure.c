@@ -15,8 +15,8 @@
 #define KEEP_LOW  (ONE * 7 / 8)
 #define KEEP_HIGH (ONE * 9 / 8)
 
-/* With more than 1/8 of the pixels saturated their mean says too little: the factors of the first step down, the second, and
- * all others. With more than half of them it is the last one at once. */
+/* With more than 1/8 of the pixels saturated their mean says too little: the factors of the first step down, the
+ * second, and all others. With more than half of them it is the last one at once. */
 static const uint32_t bright_steps[] = {ONE * 3 / 4, ONE / 2, LEAST};
 
 #define LAST_STEP 2

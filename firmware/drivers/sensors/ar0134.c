@@ -6,9 +6,10 @@
 
 /* AR0134, monochrome, on its parallel port: the upper 8 of 12 bits are wired. Registers and values have 16 bits.
  *
- * Sources: R oresat/oresat-prucam-ar013x src/kernel_module/ar0134_ctrl_regs.h and ar013x_sysfs.c; U pH5/ouvrt AR0134 of a
- * tracking camera; A Aptina's Linux driver of the sister AR0130, as sent to linux-media; D data sheet of the AR0130, whose
- * registers R uses for both. The data sheet of the AR0134 was not at hand: all of this is less certain than the other two. */
+ * Sources: R oresat/oresat-prucam-ar013x src/kernel_module/ar0134_ctrl_regs.h and ar013x_sysfs.c; U pH5/ouvrt
+ * AR0134 of a tracking camera; A Aptina's Linux driver of the sister AR0130, as sent to linux-media; D data sheet
+ * of the AR0130, whose registers R uses for both. The data sheet of the AR0134 was not at hand: all of this is
+ * less certain than the other two. */
 
 #include "sensor_model.h"
 
@@ -47,9 +48,9 @@ static const sensor_write_t identity[] = {
     {CHIP_VERSION, 0x2406, 0xffff, 0},
 };
 
-/* Set-up. Sources: reset R; PLL A, for 24 MHz to 48 MHz: 24 x 32 / 2 / 2 / 4; COLUMN_CORRECTION, READ_MODE, Y_ODD_INC, AE_CTRL
- * R; EMBEDDED_DATA_CTRL is that of R without the bits 8 and 7, which U names: two rows that are no image. R's values for
- * registers of the analogue part (DAC_LD) are left out. */
+/* Set-up. Sources: reset R; PLL A, for 24 MHz to 48 MHz: 24 x 32 / 2 / 2 / 4; COLUMN_CORRECTION, READ_MODE,
+ * Y_ODD_INC, AE_CTRL R; EMBEDDED_DATA_CTRL is that of R without the bits 8 and 7, which U names: two rows that are
+ * no image. R's values for registers of the analogue part (DAC_LD) are left out. */
 static const sensor_write_t set_up[] = {
     {RESET_REGISTER, RESET, 0, 100},
     {RESET_REGISTER, STOPPED, 0, 0},
@@ -69,8 +70,8 @@ static const sensor_write_t start[] = {
     {RESET_REGISTER, STREAMING, 0x00dc, 0},
 };
 
-/* Rows have 1498 clocks at least, without the bit for shorter ones; 37 rows between frames. Source: U, which has frames of
- * 997 rows as the shortest for 960. */
+/* Rows have 1498 clocks at least, without the bit for shorter ones; 37 rows between frames. Source: U, which has
+ * frames of 997 rows as the shortest for 960. */
 enum { LEAST_ROW = 1498, LEAST_BLANK_ROWS = 37 };
 
 /* DIGITAL_BINNING: bits 1:0, 2 for both directions. Source: A. */
@@ -134,7 +135,7 @@ const sensor_model_t sensor_ar0134 = {
     .value_bytes    = 2,
     .format         = {.two_bytes = false},
     .wake_ms        = 10,                   /* Ours; A waits for 1 to 2 ms. */
-    .least_hz       = 24000000,             /* The PLL's oscillator, 16 times the master clock, has 384 to 768 MHz (A). */
+    .least_hz       = 24000000,             /* The PLL's oscillator, 16 times as fast, has 384 MHz at least (A). */
     .most_hz        = 37125000,             /* The clock of pixels is 74.25 MHz at most (D). */
     .clocks         = 2,
     .identity       = SENSOR_LIST(identity),

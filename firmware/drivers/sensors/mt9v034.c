@@ -6,8 +6,9 @@
 
 /* MT9V034: context A alone, in master mode with simultaneous exposure and readout.
  *
- * Sources: L Linux drivers/media/i2c/mt9v032.c; P PX4-Flow src/modules/flow/mt9v034.c, which quotes data sheet revision G;
- * O OpenMV src/omv/sensors/mt9v0xx_regs.h and mt9v0xx.c; 22, 24, 32 data sheets of the sisters MT9V022, MT9V024, MT9V032. */
+ * Sources: L Linux drivers/media/i2c/mt9v032.c; P PX4-Flow src/modules/flow/mt9v034.c, which quotes data sheet
+ * revision G; O OpenMV src/omv/sensors/mt9v0xx_regs.h and mt9v0xx.c; 22, 24, 32 data sheets of the sisters
+ * MT9V022, MT9V024, MT9V032. */
 
 #include "sensor_model.h"
 
@@ -39,8 +40,8 @@ static const sensor_write_t identity[] = {
     {CHIP_VERSION, 0x1324, 0xffff, 0},
 };
 
-/* Set-up. Sources: the reset and CHIP_CONTROL L; the reserved registers P (data sheet, table 8); all others P, O, L. The
- * reserved ones are not read back: no source says that they can be. */
+/* Set-up. Sources: the reset and CHIP_CONTROL L; the reserved registers P (data sheet, table 8); all others P, O,
+ * L. The reserved ones are not read back: no source says that they can be. */
 static const sensor_write_t set_up[] = {
     {SOFT_RESET, 1, 0, 1},
     {SOFT_RESET, 0, 0, 1},
@@ -52,7 +53,8 @@ static const sensor_write_t set_up[] = {
     {0x2f, 0x0003, 0, 0},
     {PIXEL_OPERATION_MODE, 0, 0x0103, 0},    /* Linear, monochrome. */
     {ADC_COMPANDING_MODE, 0x0202, 0x0303, 0}, /* 10 bits, linear. */
-    {PIXEL_CLOCK, 0, 0x001f, 0},             /* Data is stable at its rising edge; LINE_VALID and FRAME_VALID are high. */
+    /* Data is stable at the clock's rising edge; LINE_VALID and FRAME_VALID are high. */
+    {PIXEL_CLOCK, 0, 0x001f, 0},
     {AEC_AGC_ENABLE, 0, 0x0303, 0},
     {FINE_SHUTTER_WIDTH, 0, 0xffff, 0},
 };
@@ -84,8 +86,8 @@ static uint16_t rows(const sensor_settings_t *settings)
     return (uint16_t)(settings->height * settings->binning);
 }
 
-/* The least blanking of a row is 61, 71 or 91 clocks, by the binning, and a row has 690 at least. Sources: P, O. The MT9V024
- * needs 704 (24). */
+/* The least blanking of a row is 61, 71 or 91 clocks, by the binning, and a row has 690 at least. Sources: P, O.
+ * The MT9V024 needs 704 (24). */
 static sensor_timing_t timing(const sensor_settings_t *settings)
 {
     uint16_t blanking = settings->binning == 4 ? 91 : settings->binning == 2 ? 71 : 61;
@@ -137,10 +139,10 @@ static size_t write_pattern(const sensor_settings_t *settings, sensor_write_t *w
 
 const sensor_model_t sensor_mt9v034 = {
     .name           = "MT9V034",
-    .address        = 0x48,                 /* Both address pins low: the data sheets' 0x90 with the bit of direction (24). */
+    .address        = 0x48,                 /* Both address pins low; 0x90 with the bit of direction (24). */
     .register_bytes = 1,
     .value_bytes    = 2,
-    .format         = {.two_bytes = false}, /* A byte a clock: bits 9 to 2 of a pixel. HREF and VSYNC are high in a row, a frame. */
+    .format         = {.two_bytes = false}, /* A byte a clock, bits 9 to 2; LINE_VALID is HREF, FRAME_VALID is VSYNC. */
     .wake_ms        = 1,
     .least_hz       = 20000000,             /* Ours. */
     .most_hz        = 27000000,             /* The data sheets' timing is at 26.6 MHz (24, L). */

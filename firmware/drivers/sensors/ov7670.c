@@ -4,11 +4,12 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-/* OV7670: YUV with the grey value first, all automatic functions off. The whole array is read at all sizes; the smaller ones
- * are made of it.
+/* OV7670: YUV with the grey value first, all automatic functions off. The whole array is read at all sizes; the
+ * smaller ones are made of it.
  *
- * Sources: L Linux drivers/media/i2c/ov7670.c; O OpenMV src/omv/sensors/ov7670.c; D data sheet 2.0 of the sister OV7675. The
- * tables of Linux for gamma, colour and reserved registers are left out: what they do to grey values was not tried. */
+ * Sources: L Linux drivers/media/i2c/ov7670.c; O OpenMV src/omv/sensors/ov7670.c; D data sheet 2.0 of the sister
+ * OV7675. The tables of Linux for gamma, colour and reserved registers are left out: what they do to grey values
+ * was not tried. */
 
 #include "sensor_model.h"
 
@@ -56,8 +57,8 @@ static const sensor_write_t identity[] = {
     {MIDL, 0xa2, 0xff, 0},
 };
 
-/* Set-up. Source: L, with its bits named in ov7670.c. COM7 is read back here only because nothing is written soon after: Linux
- * warns of that. */
+/* Set-up. Source: L, with its bits named in ov7670.c. COM7 is read back here only because nothing is written soon
+ * after: Linux warns of that. */
 static const sensor_write_t set_up[] = {
     {COM7, 0x80, 0, 5},      /* Reset. */
     {COM7, 0x00, 0xff, 0},   /* VGA, YUV. */
@@ -71,8 +72,8 @@ static const sensor_write_t set_up[] = {
     {RGB444, 0x00, 0xff, 0},
 };
 
-/* Windows: the middle of the array in all of them, and how it is scaled. Sources: 640 x 480 L, the others O (`qvga_regs` and
- * `qqvga_regs` of its version 70). The test pattern is bit 7 of SCALING_YSC. */
+/* Windows: the middle of the array in all of them, and how it is scaled. Sources: 640 x 480 L, the others O
+ * (`qvga_regs` and `qqvga_regs` of its version 70). The test pattern is bit 7 of SCALING_YSC. */
 typedef struct {
     uint8_t com3, com14, dcwctr, pclk_div, hstart, hstop, href;
 } scaling_t;
@@ -84,7 +85,8 @@ static const scaling_t quarter = {0x04, 0x1a, 0x22, 0xf2, 0x16, 0x04, 0xa4};
 enum { XSC = 0x3a, YSC = 0x35, YSC_BARS = 0x80 }; /* L */
 enum { VSTART_ALL = 0x02, VSTOP_ALL = 0x7a, VREF_ALL = 0x0a, PCLK_DELAY = 0x02 }; /* L, O */
 
-/* A frame has 510 rows of 784 pixels, two clocks each, and dummy rows after them. Sources: D; L, whose frame rates agree. */
+/* A frame has 510 rows of 784 pixels, two clocks each, and dummy rows after them. Sources: D; L, whose frame rates
+ * agree. */
 enum { ROW_CLOCKS = 2 * 784, FRAME_ROWS = 510, ARRAY_COLUMNS = 640, ARRAY_ROWS = 480 };
 
 static sensor_timing_t timing(const sensor_settings_t *settings)
@@ -126,8 +128,9 @@ static size_t write_frame(const sensor_settings_t *settings, sensor_write_t *wri
     return sensor_append(writes, list, sizeof(list) / sizeof(list[0]));
 }
 
-/* Exposure is in rows, with 16 bits: AECHH[5:0], AECH, COM1[1:0]. Each of the bits 7 to 4 of GAIN doubles, 3 to 0 are sixteenths.
- * Two more bits of the gain are in VREF; Linux found that they do not do what D says, so they stay 0. Sources: L, D. */
+/* Exposure is in rows, with 16 bits: AECHH[5:0], AECH, COM1[1:0]. Each of the bits 7 to 4 of GAIN doubles, 3 to 0
+ * are sixteenths. Two more bits of the gain are in VREF; Linux found that they do not do what D says, so they stay
+ * 0. Sources: L, D. */
 static size_t write_exposure(const sensor_settings_t *settings, sensor_write_t *writes)
 {
     uint16_t             rest;

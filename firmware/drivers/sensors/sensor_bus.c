@@ -4,8 +4,8 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-/* A bit is four quarters: data changes after the first one, the clock is high in the last two. So at 100 kHz a sensor has
- * 2.5 us of set-up and hold, and 5 us of each level of the clock. */
+/* A bit is four quarters: data changes after the first one, the clock is high in the last two. So at 100 kHz a
+ * sensor has 2.5 us of set-up and hold, and 5 us of each level of the clock. */
 
 #include "litestereo/sensor_bus.h"
 
@@ -88,8 +88,8 @@ static status_t raise_clock(sensor_bus_t *bus)
     return STATUS_OK;
 }
 
-/* Sends a bit on these data pins, or receives one with `bit` true; writes to `level` the pins that were high. The clock is
- * low before and after. */
+/* Sends a bit on these data pins, or receives one with `bit` true; writes to `level` the pins that were high. The
+ * clock is low before and after. */
 static status_t exchange(sensor_bus_t *bus, uint32_t data, bool bit, uint32_t *level)
 {
     status_t status;
@@ -205,8 +205,9 @@ static status_t finish(sensor_bus_t *bus, uint32_t data, status_t status)
     return status != STATUS_OK ? status : ended;
 }
 
-/* Frees these data pins, of which one is low. A sensor in the midst of a read ends it when it is not acknowledged. One in the
- * midst of a write may hold data low, as its acknowledgement, in the very clock of the stop: then there is another. */
+/* Frees these data pins, of which one is low. A sensor in the midst of a read ends it when it is not acknowledged.
+ * One in the midst of a write may hold data low, as its acknowledgement, in the very clock of the stop: then there
+ * is another. */
 static status_t recover(sensor_bus_t *bus, uint32_t data)
 {
     uint32_t level  = 0;

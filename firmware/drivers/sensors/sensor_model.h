@@ -4,8 +4,8 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-/* What distinguishes one kind of sensor from another: tables of registers, limits, and a few functions that turn settings
- * into values of registers. They touch no sensor; sensors.c does, and is the same for all. */
+/* What distinguishes one kind of sensor from another: tables of registers, limits, and a few functions that turn
+ * settings into values of registers. They touch no sensor; sensors.c does, and is the same for all. */
 
 #ifndef LITESTEREO_DRIVERS_SENSORS_SENSOR_MODEL_H
 #define LITESTEREO_DRIVERS_SENSORS_SENSOR_MODEL_H
@@ -54,7 +54,7 @@ struct sensor_model {
     bool            whole;          /**< The window is always the whole array. */
     uint8_t         binnings;       /**< Sum of those that it has: 1, 2, 4. */
     uint8_t         multiple;       /**< Window and its place are multiples of so many pixels. */
-    uint16_t        blank_rows;     /**< Usual blanking between frames: long enough for new values of exposure and gain. */
+    uint16_t        blank_rows;     /**< Usual blanking between frames: enough for new values of exposure and gain. */
     uint16_t        exposure_rows;  /**< Rows of a frame that exposure leaves free. */
     uint16_t        most_gain;      /**< Sixteenths. */
 

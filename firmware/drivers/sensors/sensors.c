@@ -330,13 +330,15 @@ status_t sensors_begin(sensors_t *sensors, const sensor_settings_t *settings, ui
 status_t sensors_apply(sensors_t *sensors, const sensor_settings_t *settings)
 {
     sensor_write_t writes[SENSOR_MOST_WRITES];
+    size_t         count;
     status_t       status = sensors->running ? sensor_check(sensors->model, settings) : STATUS_STATE;
 
     if (status != STATUS_OK) {
         return status;
     }
     sensors->settings = *settings;
-    return watched(sensors, write_and_verify(sensors, SENSOR_BOTH, writes, list_settings(sensors->model, settings, writes)));
+    count             = list_settings(sensors->model, settings, writes);
+    return watched(sensors, write_and_verify(sensors, SENSOR_BOTH, writes, count));
 }
 
 status_t sensors_expose(sensors_t *sensors, uint16_t exposure, uint16_t gain)

@@ -6,8 +6,8 @@
 
 /* Exposure and gain of a pair of sensors, from the statistics of their images: one value of each for both.
  *
- * exposure_step once per pair of images; if it returns true, write `exposure` and `gain` to both sensors in the blanking
- * after the frame (sensors_expose). Nothing here touches hardware. */
+ * exposure_step once per pair of images; if it returns true, write `exposure` and `gain` to both sensors in the
+ * blanking after the frame (sensors_expose). Nothing here touches hardware. */
 
 #ifndef LITESTEREO_EXPOSURE_H
 #define LITESTEREO_EXPOSURE_H
@@ -63,8 +63,8 @@ uint16_t exposure_round_gain(uint32_t gain);
 /** STATUS_BAD_ARGUMENT if a value is out of range, or a gain that exposure_round_gain would change. */
 status_t exposure_check(const exposure_limits_t *limits, uint16_t exposure, uint16_t gain);
 
-/** Begins with automatic control, from these values. STATUS_BAD_ARGUMENT if exposure_check refuses them, or a limit is not
- * as described; the control is as before then. */
+/** Begins with automatic control, from these values. STATUS_BAD_ARGUMENT if exposure_check refuses them, or a
+ * limit is not as described; the control is as before then. */
 status_t exposure_init(exposure_t *control, const exposure_limits_t *limits, uint16_t exposure, uint16_t gain);
 
 /** Uses these values, and has exposure_step change nothing. STATUS_BAD_ARGUMENT if exposure_check refuses them. */
@@ -75,10 +75,11 @@ void exposure_release(exposure_t *control);
 
 /** Takes the statistics of the next pair of images; returns whether `exposure` or `gain` has changed.
  *
- * A step is a factor of four at most. Exposure goes before gain: gain is above its least value only as far as exposure in
- * whole rows cannot reach the wanted product. Changes below an eighth are not made, and after each change the images
- * that still have the old values are not judged. At most an eighth of the pixels becomes brighter than 249. Values at
- * a limit stay there. Without pixels nothing changes, and with the images of one sensor alone they count for both.
+ * A step is a factor of four at most. Exposure goes before gain: gain is above its least value only as far as
+ * exposure in whole rows cannot reach the wanted product. Changes below an eighth are not made, and after each
+ * change the images that still have the old values are not judged. At most an eighth of the pixels becomes brighter
+ * than 249. Values at a limit stay there. Without pixels nothing changes, and with the images of one sensor alone
+ * they count for both.
  */
 bool exposure_step(exposure_t *control, const image_statistics_t *left, const image_statistics_t *right);
 

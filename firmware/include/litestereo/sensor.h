@@ -4,8 +4,8 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-/* A pair of equal image sensors, set up together so that they run in lockstep: both have one reset and one master clock,
- * and get each write at the same time.
+/* A pair of equal image sensors, set up together so that they run in lockstep: both have one reset and one master
+ * clock, and get each write at the same time.
  *
  *   sensor_defaults(&sensor_mt9v034, 640, 480, &settings);
  *   sensor_set_rate(&sensor_mt9v034, &settings, master_hz, 30000);
@@ -98,8 +98,9 @@ sensor_format_t sensor_format(const sensor_model_t *model);
 /** Clocks per second of a sensor with this master clock, in Hz; 0 if it cannot use that. */
 uint32_t sensor_clock_hz(const sensor_model_t *model, uint32_t master_hz);
 
-/** Settings for frames of a size: the window in the middle with the most binning, the shortest rows, the usual blanking
- * between frames, an exposure of half of a frame's time, and a gain of 1. STATUS_SIZE if the sensor has no such frames. */
+/** Settings for frames of a size: the window in the middle with the most binning, the shortest rows, the usual
+ * blanking between frames, an exposure of half of a frame's time, and a gain of 1. STATUS_SIZE if the sensor has
+ * no such frames. */
 status_t sensor_defaults(const sensor_model_t *model, uint16_t width, uint16_t height, sensor_settings_t *settings);
 
 /** Ranges of the timing, for settings with a window that the sensor has; STATUS_SIZE for others. */
@@ -113,8 +114,8 @@ uint32_t sensor_rate(const sensor_model_t *model, const sensor_settings_t *setti
 
 /** Sets `frame_rows` to the rate, in frames per 1000 seconds, rounded to whole rows.
  *
- * STATUS_BAD_ARGUMENT if the sensor cannot have the rate with rows of this length, or the exposure would be longer than a
- * frame: the settings are as before then.
+ * STATUS_BAD_ARGUMENT if the sensor cannot have the rate with rows of this length, or the exposure would be longer
+ * than a frame: the settings are as before then.
  */
 status_t sensor_set_rate(const sensor_model_t *model, sensor_settings_t *settings, uint32_t master_hz, uint32_t rate);
 
@@ -124,11 +125,11 @@ status_t sensor_check(const sensor_model_t *model, const sensor_settings_t *sett
 /** Prepares a pair; touches no sensor. */
 void sensors_init(sensors_t *sensors, sensor_bus_t *bus, const sensor_model_t *model);
 
-/** Resets both sensors, checks their identity, sets them up and reads all settings back. It takes up to a second.
+/** Resets both sensors, checks their identity, sets them up and reads all settings back. It takes up to half a second.
  *
- * What sensor_check returns, if that refuses: then nothing is changed. STATUS_UNSUPPORTED if a sensor does not answer, is
- * another one, or does not have what was written; STATUS_TIMEOUT if the bus is held low; `bus->fault` says which. In these
- * cases sensors_poll tries again.
+ * What sensor_check returns, if that refuses: then nothing is changed. STATUS_UNSUPPORTED if a sensor does not
+ * answer, is another one, or does not have what was written; STATUS_TIMEOUT if the bus is held low; `bus->fault`
+ * says which. In these cases sensors_poll tries again.
  */
 status_t sensors_begin(sensors_t *sensors, const sensor_settings_t *settings, uint64_t clock);
 

@@ -4,10 +4,11 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-/* The two-wire bus (I2C, SCCB) of two image sensors, driven by software at 100 kHz: one clock, and a data line for each
- * sensor. So both get a write at the same time, even if they have the same address, and each is read alone.
+/* The two-wire bus (I2C, SCCB) of two image sensors, driven by software at 100 kHz: one clock, and a data line for
+ * each sensor. So both get a write at the same time, even if they have the same address, and each is read alone.
  *
- * What it touches is a few pins and a clock, which the caller gives as functions (sensor_pins_t). Every wait is bounded. */
+ * What it touches is a few pins and a clock, which the caller gives as functions (sensor_pins_t). Every wait is
+ * bounded. */
 
 #ifndef LITESTEREO_SENSOR_BUS_H
 #define LITESTEREO_SENSOR_BUS_H
@@ -76,14 +77,15 @@ typedef struct {
 /** Releases the bus, and recovers it if a sensor holds its data, as after a restart of the firmware in the midst of a
  * read.
  *
- * STATUS_BAD_ARGUMENT if a function is missing, or the clock is slower than 1 MHz; STATUS_TIMEOUT if the bus is held low.
+ * STATUS_BAD_ARGUMENT if a function is missing, or the clock is slower than 1 MHz; STATUS_TIMEOUT if the bus is held
+ * low.
  */
 status_t sensor_bus_init(sensor_bus_t *bus, const sensor_pins_t *pins);
 
 /** Writes bytes to one sensor or to both at once. The bus ends up idle.
  *
- * STATUS_UNSUPPORTED if one of them does not acknowledge a byte: the transfer ends there, for both. STATUS_TIMEOUT if the
- * clock is held low for longer than a millisecond, or data is. STATUS_BAD_ARGUMENT for no sensor.
+ * STATUS_UNSUPPORTED if one of them does not acknowledge a byte: the transfer ends there, for both. STATUS_TIMEOUT
+ * if the clock is held low for longer than a millisecond, or data is. STATUS_BAD_ARGUMENT for no sensor.
  */
 status_t sensor_bus_write(sensor_bus_t *bus, uint8_t sensors, uint8_t address, const uint8_t *bytes, size_t count);
 

@@ -73,6 +73,12 @@ static void require_works(void)
     require_usable();
 }
 
+/* That this was the newest fault. */
+static void require_fault(sensor_fault_kind_t kind, unsigned which, unsigned byte)
+{
+    REQUIRE(bus.fault.kind == kind && bus.fault.sensors == which && bus.fault.byte == byte);
+}
+
 static void test_write(void)
 {
     set_up();
@@ -142,7 +148,7 @@ static void test_nack(void)
                 fake_sensors.sensors[i].nack_at = (sensors >> i & 1) != 0 ? byte + 1 : 0;
             }
             REQUIRE(write_value(SENSOR_BOTH, 0x1111) == STATUS_UNSUPPORTED && fake_sensors_idle());
-            REQUIRE(bus.fault.kind == SENSOR_FAULT_NACK && bus.fault.byte == byte && bus.fault.sensors == sensors);
+            require_fault(SENSOR_FAULT_NACK, sensors, byte);
             REQUIRE(fake_sensors.starts == 1 && fake_sensors.stops == 1);
             require_works();
         }
@@ -152,7 +158,7 @@ static void test_nack(void)
             set_up();
             fake_sensors.sensors[i].nack_at = byte + 1;
             REQUIRE(read_value((uint8_t)(SENSOR_LEFT << i), &value) == STATUS_UNSUPPORTED && fake_sensors_idle());
-            REQUIRE(bus.fault.kind == SENSOR_FAULT_NACK && bus.fault.byte == byte && bus.fault.sensors == SENSOR_LEFT << i);
+            require_fault(SENSOR_FAULT_NACK, SENSOR_LEFT << i, byte);
             require_works();
         }
     }
@@ -169,14 +175,15 @@ static void test_unplugged(void)
 
     set_up();
     fake_sensor_plug(1, false);
-    REQUIRE(write_value(SENSOR_BOTH, 1) == STATUS_UNSUPPORTED && bus.fault.sensors == SENSOR_RIGHT && bus.fault.byte == 0);
+    REQUIRE(write_value(SENSOR_BOTH, 1) == STATUS_UNSUPPORTED);
+    require_fault(SENSOR_FAULT_NACK, SENSOR_RIGHT, 0);
     REQUIRE(read_value(SENSOR_RIGHT, &value) == STATUS_UNSUPPORTED);
     REQUIRE(read_value(SENSOR_LEFT, &value) == STATUS_OK);
     for (unsigned edge = 1; edge <= 36; edge++) {
         set_up();
         fake_sensors.sensors[0].unplug_at = edge;
-        REQUIRE(write_value(SENSOR_BOTH, 0) == STATUS_UNSUPPORTED && bus.fault.sensors == SENSOR_LEFT);
-        REQUIRE(bus.fault.kind == SENSOR_FAULT_NACK && bus.fault.byte == (edge - 1) / 9);
+        REQUIRE(write_value(SENSOR_BOTH, 0) == STATUS_UNSUPPORTED);
+        require_fault(SENSOR_FAULT_NACK, SENSOR_LEFT, (edge - 1) / 9);
         fake_sensor_plug(0, true);
         require_works();
     }
@@ -200,7 +207,8 @@ static void test_held_data(void)
     for (unsigned edges = 1; edges <= 9; edges++) {
         set_up();
         fake_sensors.sensors[1].hold_edges = edges;
-        REQUIRE(write_value(SENSOR_BOTH, 0x77) == STATUS_OK && bus.recoveries == 1 && bus.fault.kind == SENSOR_FAULT_NONE);
+        REQUIRE(write_value(SENSOR_BOTH, 0x77) == STATUS_OK && bus.recoveries == 1);
+        require_fault(SENSOR_FAULT_NONE, 0, 0);
         require_works();
     }
     /* Held for longer: an error within a bounded time, and the other sensor can be used. */
@@ -208,9 +216,10 @@ static void test_held_data(void)
     fake_sensors.sensors[1].hold = true;
     began = fake_sensors.clock;
     REQUIRE(write_value(SENSOR_BOTH, 0x77) == STATUS_TIMEOUT && fake_sensors.clock - began < MS);
-    REQUIRE(bus.fault.kind == SENSOR_FAULT_SDA && bus.fault.sensors == SENSOR_RIGHT && bus.fault.byte == 0);
+    require_fault(SENSOR_FAULT_SDA, SENSOR_RIGHT, 0);
     REQUIRE(sensor_bus_recover(&bus) == STATUS_TIMEOUT && bus.recoveries == 0);
-    REQUIRE(write_value(SENSOR_LEFT, 0x78) == STATUS_OK && read_value(SENSOR_LEFT, &value) == STATUS_OK && value == 0x78);
+    REQUIRE(write_value(SENSOR_LEFT, 0x78) == STATUS_OK);
+    REQUIRE(read_value(SENSOR_LEFT, &value) == STATUS_OK && value == 0x78);
     fake_sensors.sensors[1].hold = false;
     REQUIRE(sensor_bus_recover(&bus) == STATUS_OK && bus.recoveries == 1);
     require_works();
@@ -267,7 +276,7 @@ static void test_held_clock(void)
     REQUIRE(write_value(SENSOR_LEFT, 1) == STATUS_OK);
     began = fake_sensors.clock;
     REQUIRE(write_value(SENSOR_BOTH, 2) == STATUS_TIMEOUT && fake_sensors.clock - began < 4 * MS);
-    REQUIRE(bus.fault.kind == SENSOR_FAULT_SCL && bus.fault.byte == 0 && bus.fault.sensors == SENSOR_BOTH);
+    require_fault(SENSOR_FAULT_SCL, SENSOR_BOTH, 0);
     fake_sensors.sensors[1].stretch = 0;
     REQUIRE(sensor_bus_recover(&bus) == STATUS_OK);
     require_works();

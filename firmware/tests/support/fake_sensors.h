@@ -4,8 +4,9 @@
  * SPDX-License-Identifier: BSD-2-Clause
  */
 
-/* Two image sensors at the pins of a bus: a slave with a file of registers on each data line. Both see the one clock. They
- * know nothing of what the registers mean, apart from the identity and what a reset does; and they can fail. */
+/* Two image sensors at the pins of a bus: a slave with a file of registers on each data line. Both see the one
+ * clock. They know nothing of what the registers mean, apart from the identity and what a reset does; and they can
+ * fail. */
 
 #ifndef FAKE_SENSORS_H
 #define FAKE_SENSORS_H

@@ -25,8 +25,8 @@ enum { SCENE_FLAT, SCENE_GRADIENT, SCENE_CONTRAST, SCENE_HALF_BLACK, SCENE_SKY, 
 /** A scene of a kind. */
 scene_t scene_of(int kind);
 
-/** Its image: a value of 1 under a light of 1 at an exposure of one row and a gain of 1, in proportion; values above 255 are
- * 255, and each patch is 1000 pixels. */
+/** Its image: a value of 1 under a light of 1 at an exposure of one row and a gain of 1, in proportion; values
+ * above 255 are 255, and each patch is 1000 pixels. */
 image_statistics_t scene_image(const scene_t *scene, double light, double exposure, double gain);
 
 /** Mean of an image. */
