@@ -91,9 +91,7 @@ status_t sensor_defaults(const sensor_model_t *model, uint16_t width, uint16_t h
         sensor_settings_t found = {.width = width, .height = height, .binning = binning, .gain = 16};
         sensor_timing_t   timing;
 
-        if (columns > model->columns || rows > model->rows) {
-            continue;
-        }
+        /* Of a window that is too large this is no place, and it is refused by its size. */
         found.column = (uint16_t)((model->columns - columns) / 2 / model->multiple * model->multiple);
         found.row    = (uint16_t)((model->rows - rows) / 2 / model->multiple * model->multiple);
         if (sensor_timing(model, &found, &timing) == STATUS_OK) {
@@ -123,7 +121,7 @@ status_t sensor_set_rate(const sensor_model_t *model, sensor_settings_t *setting
     sensor_settings_t changed  = *settings;
     status_t          status;
 
-    if (rows == 0 || rows > UINT16_MAX) {
+    if (rows > UINT16_MAX) {
         return STATUS_BAD_ARGUMENT;
     }
     changed.frame_rows = (uint16_t)rows;

@@ -126,6 +126,7 @@ status_t sensor_check(const sensor_model_t *model, const sensor_settings_t *sett
 void sensors_init(sensors_t *sensors, sensor_bus_t *bus, const sensor_model_t *model);
 
 /** Resets both sensors, checks their identity, sets them up and reads all settings back. It takes up to half a second.
+ * `clock` is now, as the bus's clock has it.
  *
  * What sensor_check returns, if that refuses: then nothing is changed. STATUS_UNSUPPORTED if a sensor does not
  * answer, is another one, or does not have what was written; STATUS_TIMEOUT if the bus is held low; `bus->fault`

@@ -179,17 +179,17 @@ static void test_ar0134(void)
     begin_size(&sensor_ar0134, 640, 480);
     REQUIRE_REGISTERS({0x301a, 0x10dc}, {0x302c, 2}, {0x302a, 4}, {0x302e, 2}, {0x3030, 32}, {0x30d4, 0xe007},
         {0x3040, 0}, {0x30a6, 1}, {0x3100, 0}, {0x3064, 0x1802}, {0x3032, 2}, {0x3002, 0}, {0x3004, 0}, {0x3006, 959},
-        {0x3008, 1279}, {0x300c, 1498}, {0x300a, 1040}, {0x3012, 520}, {0x3014, 0}, {0x30b0, 0x80}, {0x305e, 0x20}, {0x3070, 0});
+        {0x3008, 1279}, {0x300c, 1498}, {0x300a, 1060}, {0x3012, 530}, {0x3014, 0}, {0x30b0, 0x80}, {0x305e, 0x20}, {0x3070, 0});
     begin_size(&sensor_ar0134, 320, 240);
-    REQUIRE_REGISTERS({0x3032, 2}, {0x3002, 240}, {0x3004, 320}, {0x3006, 719}, {0x3008, 959}, {0x300a, 560});
+    REQUIRE_REGISTERS({0x3032, 2}, {0x3002, 240}, {0x3004, 320}, {0x3006, 719}, {0x3008, 959}, {0x300a, 580});
     begin_size(&sensor_ar0134, 1280, 960);
-    REQUIRE_REGISTERS({0x3032, 0}, {0x3002, 0}, {0x3004, 0}, {0x3006, 959}, {0x3008, 1279}, {0x300a, 1040});
+    REQUIRE_REGISTERS({0x3032, 0}, {0x3002, 0}, {0x3004, 0}, {0x3006, 959}, {0x3008, 1279}, {0x300a, 1060});
     settings = defaults(&sensor_ar0134, 1280, 960);
     REQUIRE(sensor_timing(&sensor_ar0134, &settings, &timing) == STATUS_OK);
     REQUIRE(timing.least_row_clocks == 1498 && timing.most_row_clocks == 65535);
     REQUIRE(timing.least_frame_rows == 997 && timing.most_frame_rows == 65535);
-    REQUIRE(sensors_expose(&sensors, 1040, 8 * 31) == STATUS_OK);
-    REQUIRE_REGISTERS({0x3012, 1040}, {0x30b0, 0xb0}, {0x305e, 62});
+    REQUIRE(sensors_expose(&sensors, 1060, 8 * 31) == STATUS_OK);
+    REQUIRE_REGISTERS({0x3012, 1060}, {0x30b0, 0xb0}, {0x305e, 62});
     REQUIRE(sensors_expose(&sensors, 1, 2 * 24) == STATUS_OK);
     REQUIRE_REGISTERS({0x3012, 1}, {0x30b0, 0x90}, {0x305e, 48});
 }
@@ -225,8 +225,13 @@ static void test_rates(void)
     /* The AR0134 doubles its master clock. */
     settings = defaults(&sensor_ar0134, 320, 240);
     REQUIRE(sensor_clock_hz(&sensor_ar0134, 24000000) == 48000000);
-    REQUIRE(sensor_rate(&sensor_ar0134, &settings, 24000000) == 57219);
+    REQUIRE(sensor_rate(&sensor_ar0134, &settings, 24000000) == 55246);
     REQUIRE(sensor_set_rate(&sensor_ar0134, &settings, 24000000, 30000) == STATUS_OK && settings.frame_rows == 1068);
+    /* A frame has 65535 rows at most. */
+    settings.row_clocks = 61036;
+    REQUIRE(sensor_set_rate(&sensor_ar0134, &settings, 24000000, 12) == STATUS_OK && settings.frame_rows == 65535);
+    settings.row_clocks = 61035;
+    REQUIRE(sensor_set_rate(&sensor_ar0134, &settings, 24000000, 12) == STATUS_BAD_ARGUMENT);
     settings.row_clocks = 0;
     REQUIRE(sensor_rate(&sensor_ar0134, &settings, 24000000) == 0);
     REQUIRE(sensor_set_rate(&sensor_ar0134, &settings, 24000000, 30000) == STATUS_BAD_ARGUMENT);
@@ -358,6 +363,47 @@ static void test_tables(void)
         }
         REQUIRE(read >= 15);
         REQUIRE(strlen(sensor_name(model)) == 6 + (model == &sensor_mt9v034));
+    }
+}
+
+/* A set-up resets by the pin and by the register, and then reads what can be read, once. */
+static void test_set_up(void)
+{
+    for (size_t m = 0; m < COUNT(models); m++) {
+        const sensor_model_t *model    = models[m];
+        sensor_settings_t     settings = defaults(model, 640, 480);
+        sensor_write_t        writes[SENSOR_MOST_WRITES];
+        uint32_t              reads = (uint32_t)model->identity.count;
+        size_t                count = model->frame(&settings, writes);
+
+        count += model->expose(&settings, writes + count);
+        count += model->pattern(&settings, writes + count);
+        for (size_t i = 0; i < count; i++) {
+            reads += writes[i].readable != 0;
+        }
+        for (size_t i = 0; i < model->set_up.count; i++) {
+            reads += model->set_up.writes[i].readable != 0;
+        }
+        for (size_t i = 0; i < model->start.count; i++) {
+            reads += model->start.writes[i].readable != 0;
+        }
+        set_up(model);
+        REQUIRE(sensors_begin(&sensors, &settings, 5 * SECOND) == STATUS_OK && fake_sensors.clock < SECOND / 2);
+        for (unsigned i = 0; i < FAKE_SENSORS; i++) {
+            REQUIRE(fake_sensors.sensors[i].resets == 2 && fake_sensors.sensors[i].sent == reads * model->value_bytes);
+        }
+        REQUIRE(fake_sensors.reset_for >= HZ / 1000 && fake_sensors.woke_after >= (uint64_t)model->wake_ms * (HZ / 1000));
+        for (size_t i = 0; i < model->set_up.count; i++) {
+            const fake_write_t *log = &fake_sensors.sensors[0].log[i];
+
+            REQUIRE(log[0].reg == model->set_up.writes[i].reg && log[0].value == model->set_up.writes[i].value);
+            REQUIRE(log[1].clock - log[0].clock >= (uint64_t)model->set_up.writes[i].pause_ms * (HZ / 1000));
+        }
+        /* The first poll is a second after it. */
+        REQUIRE(sensors_poll(&sensors, 6 * SECOND - 1) == SENSORS_SAME);
+        REQUIRE(fake_sensors.sensors[0].sent == reads * model->value_bytes);
+        REQUIRE(sensors_poll(&sensors, 6 * SECOND) == SENSORS_SAME);
+        REQUIRE(fake_sensors.sensors[0].sent > reads * model->value_bytes);
     }
 }
 
@@ -582,6 +628,7 @@ int main(void)
     test_rates();
     test_limits();
     test_tables();
+    test_set_up();
     test_set_up_faults();
     test_held_bus();
     test_expose();

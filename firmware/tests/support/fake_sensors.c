@@ -208,6 +208,7 @@ static void rising(unsigned index)
     } else if (slave->state == SEND && !slave->low) {
         /* The master's acknowledgement; without it it sends no more. */
         slave->bytes++;
+        fake_sensors.sensors[index].sent++;
         if (slave->sda) {
             slave->state = IGNORE;
         }
@@ -279,6 +280,9 @@ static void settle(void)
         }
         slave->sda = data_level(i);
     }
+    if (starts && fake_sensors.woke_after == 0) {
+        fake_sensors.woke_after = fake_sensors.clock - fake_sensors.reset_at - fake_sensors.reset_for;
+    }
     /* Of both sensors at once it is one. */
     fake_sensors.starts += starts;
     fake_sensors.stops  += stops;
@@ -287,7 +291,12 @@ static void settle(void)
 static void drive(void *context, uint32_t pins)
 {
     REQUIRE(context == &fake_sensors);
+    if ((pins & SENSOR_PIN_RESET) == 0 && (driven & SENSOR_PIN_RESET) != 0) {
+        fake_sensors.reset_for  = fake_sensors.clock - fake_sensors.reset_at;
+        fake_sensors.woke_after = 0;
+    }
     if ((pins & SENSOR_PIN_RESET) != 0 && (driven & SENSOR_PIN_RESET) == 0) {
+        fake_sensors.reset_at = fake_sensors.clock;
         for (unsigned i = 0; i < FAKE_SENSORS; i++) {
             fake_sensors.sensors[i].resets += fake_sensors.sensors[i].present;
             restore(i);

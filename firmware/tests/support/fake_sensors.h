@@ -45,6 +45,7 @@ typedef struct {
     int32_t  deaf;         /**< A register that ignores writes; -1 for none. */
     uint16_t registers[FAKE_REGISTERS];
     uint32_t resets;       /**< By its pin or a register. */
+    uint32_t sent;         /**< Bytes that it sent. */
     uint32_t bytes;        /**< Bytes that it got: addresses of other sensors do not count. */
     uint32_t count;        /**< Writes so far. */
     fake_write_t log[FAKE_WRITES]; /**< The newest ones: write i is at i % FAKE_WRITES. */
@@ -61,6 +62,9 @@ typedef struct {
     uint64_t      clocks;      /**< Its falling edges. */
     uint32_t      starts;      /**< Starts, repeated ones as well, */
     uint32_t      stops;       /**< and stops. */
+    uint64_t      reset_at;    /**< When the reset was last asserted. */
+    uint64_t      reset_for;   /**< How long, the last time. */
+    uint64_t      woke_after;  /**< Time from its end to the first start. */
     bool          slow;        /**< SCL cannot be read: it follows what is driven. */
     fake_sensor_t sensors[FAKE_SENSORS];
 } fake_sensors_t;
