@@ -173,7 +173,8 @@ static status_t compare(sensors_t *sensors, uint8_t which, const sensor_write_t 
 {
     const sensor_model_t *model = sensors->model;
     sensor_bus_t         *bus   = sensors->bus;
-    uint8_t               reg[2], bytes[2];
+    uint8_t               reg[2];
+    uint8_t               bytes[2];
     uint16_t              value;
     status_t              status;
 
