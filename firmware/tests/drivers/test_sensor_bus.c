@@ -120,7 +120,8 @@ static void test_read(void)
 /* 100 kHz at most, and not much less, at each clock of the system. */
 static void test_speed(void)
 {
-    static const uint32_t clocks[] = {1000000, 1500001, 16000000, 60000000, 125000000, 200000000};
+    static const uint32_t clocks[]   = {1000000, 1500001, 16000000, 60000000, 125000000, 200000000};
+    static const uint32_t quarters[] = {3, 4, 40, 150, 313, 500};
     uint64_t              began;
 
     for (size_t i = 0; i < sizeof(clocks) / sizeof(clocks[0]); i++) {
@@ -129,6 +130,7 @@ static void test_speed(void)
         set_up_model(&sensor_mt9v034, clocks[i]);
         began               = fake_sensors.clock;
         fake_sensors.clocks = 0;
+        REQUIRE(bus.quarter == quarters[i]);
         REQUIRE(write_value(SENSOR_BOTH, 0x5555) == STATUS_OK);
         REQUIRE((double)fake_sensors.least_low >= 5 * us - 1 && (double)fake_sensors.least_high >= 5 * us - 1);
         REQUIRE(fake_sensors.clocks == 37);
@@ -249,7 +251,7 @@ static void test_data_held_within(void)
         set_up();
         bus.pins.drive = drive_and_hold;
         calls_to_hold  = calls;
-        (void)write_value(SENSOR_LEFT, 0xffff);
+        (void)write_value(SENSOR_BOTH, 0xffff);
         if (fake_sensors.sensors[0].hold) {
             REQUIRE(bus.fault.kind == SENSOR_FAULT_SDA || bus.fault.kind == SENSOR_FAULT_NONE);
             found += bus.fault.kind == SENSOR_FAULT_SDA && bus.fault.sensors == SENSOR_LEFT && bus.fault.byte >= 2;
