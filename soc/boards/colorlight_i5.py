@@ -15,10 +15,8 @@ class ColorlightI5(ColorlightSoC):
     loader       = "colorlight-i5"
     flash_offset = 1024*1024 # Of 2 MiB.
     preset       = Preset(
-        # Nearly full: routing ends if placement looks at the length of wires alone, which costs clock.
         disparities    = 16,
         max_block_size = 9,
-        sys_clk_freq   = 50000000,
+        sys_clk_freq   = 60000000,
         with_icmp      = False,
-        timing_driven  = False,
     )

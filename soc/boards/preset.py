@@ -31,7 +31,6 @@ class Preset:
     streaming:         bool            = option(True, "Match frames as they come from the wire, unstored.")
     with_icmp:         bool            = option(True, "Answer a ping.")
     with_screen:       bool            = option(False, "Show the map on a monitor, where the board has a connector.")
-    timing_driven:     bool            = option(True, "Route by timing; else by length of wires: a full device routes.")
     seed:              int             = option(1, "Seed of nextpnr.")
 
     @property

