@@ -134,10 +134,16 @@ def syntheses() -> list[tuple[str, MatcherParameters]]:
     return [*(("ECP5", build) for build in [*ECP5_BUILDS, *without_builds().values()]),
         *((family, build) for family in FAMILIES if family != "ECP5" for build in ALL_BUILDS)]
 
+def settings_text() -> str:
+    """Return the settings of the builds as text, the same in each process: the order of a set is not."""
+    placed = [(device, constraint, build.disparities, build.max_block_size, sorted(build.features))
+        for device, constraint, build in PLACEMENTS]
+    return repr((FAMILIES, PRIMITIVES, PACKAGE, SPEED_GRADE, SEED, placed))
+
 def key() -> str:
     """Return the content key of the page: the Verilog of all builds, the build's settings, and the tools."""
     builds  = {build for _, build in syntheses()} | {build for *_, build in PLACEMENTS}
-    scripts = [repr((FAMILIES, PRIMITIVES, PACKAGE, SPEED_GRADE, SEED, PLACEMENTS)), FPGA_LOCK.read_text()]
+    scripts = [settings_text(), FPGA_LOCK.read_text()]
     sources = [PACKAGE_DIR / one for one in ("gateware", "soc/flow", "soc/reports/resources.py", ".ci/lock/fpga.txt")]
     return computed_key("resources", sources, lambda: [*sorted(map(emit, builds)), *scripts])
 

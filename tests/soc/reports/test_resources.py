@@ -6,6 +6,9 @@
 """The report of resources, as far as it needs no synthesis."""
 
 import json
+import os
+import subprocess
+import sys
 
 import pytest
 
@@ -46,6 +49,14 @@ def test_emitted_twice_it_is_the_same():
     """The Verilog is the same each time, so that nothing is synthesized twice."""
     parameters = MatcherParameters(64, disparities=16, max_block_size=5, features=BARE)
     assert emit(parameters) == emit(parameters)
+
+
+def test_key_of_the_page_is_the_same_in_each_process():
+    """Features are a set, whose order depends on the process."""
+    program = "from litestereo.soc.reports.resources import settings_text; print(settings_text())"
+    texts   = {subprocess.run([sys.executable, "-c", program], env=os.environ | {"PYTHONHASHSEED": seed}, check=True,
+                              capture_output=True, text=True).stdout for seed in ("1", "2", "3")}
+    assert len(texts) == 1
 
 
 def test_version_of_a_tool(tmp_path, monkeypatch):
