@@ -178,8 +178,9 @@ lock: ## Write .ci/lock: release and hashes of every Python package (needs a net
 
 ##@ Campaigns
 
-sweep: install ## Compare the matcher with cv2.StereoBM at 2000 settings instead of 200 [JOBS]
-	@LITESTEREO_SETTINGS=2000 $(PYTHON) -m pytest -n $(JOBS) tests/gateware/matcher/test_opencv.py
+sweep: install ## Compare with OpenCV: the matcher at 2000 settings instead of 200, the rectifier with 200 rigs instead of 12 [JOBS]
+	@LITESTEREO_SETTINGS=2000 LITESTEREO_RIGS=200 $(PYTHON) -m pytest -n $(JOBS) tests/gateware/matcher/test_opencv.py \
+		tests/sim/cores/test_drawn_rigs.py
 
 formal: install ## Prove the promises of the gateware, and check that faulty cores fail the proofs
 	@$(PYTHON) -m pytest -q tests/formal

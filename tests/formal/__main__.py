@@ -83,6 +83,8 @@ TASKS = [
     Task("MapParts", map_parts, 8, 2, 20),
     Task("FrameGuard", frame_guard, 6, 1, 20),
     Task("RowWindow", row_window, 8, 4, 24),
+    Task("RowWindow, enough rows", lambda: row_window(missing=0), 8, 4, 24),
+    Task("RowWindow, two too few", lambda: row_window(missing=2), 8, 4, 24),
     Task("RowRing", row_ring, 8),
 ]
 

@@ -99,9 +99,21 @@ class Proof(PortsTop):
         """Return the name of the condition that has a label in the emitted Verilog."""
         return self.wanted[label.split("_")[0]][label]
 
+    def only(self, promise: str) -> Proof:
+        """Leave out all promises but those that have `promise` in their names; return the proof."""
+        kept = {port: name for port, name in self.wanted["assert"].items() if promise in name}
+        if not kept:
+            raise LookupError(f"the proof has no promise {promise!r}")
+        self.wanted["assert"] = kept
+        return self
+
+    def core_verilog(self) -> str:
+        """Return the Verilog of the core."""
+        return str(verilog.convert(self, ios=self.ios, name="core"))
+
     def verilog(self) -> str:
         """Return the Verilog of the core, and around it a module `proof` that states the conditions."""
-        core     = str(verilog.convert(self, ios=self.ios, name="core"))
+        core     = self.core_verilog()
         outputs  = [port for ports in self.wanted.values() for port in ports]
         lines    = ["module proof(", "    input wire sys_clk" + "".join(
                         f",\n    input wire [{bits - 1}:0] {name}" for name, bits in self.widths.items()), ");"]

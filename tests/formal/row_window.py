@@ -3,7 +3,10 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""RowWindow and RowRing: rows are counted right, a row that is gone is told, no read meets a word that is written."""
+"""RowWindow and RowRing: rows are counted right, a row that is gone is told, no read meets a word that is written.
+
+With as many rows in the ring as a map needs none is ever gone; with two rows fewer one is, and that is told.
+"""
 
 from __future__ import annotations
 
@@ -15,6 +18,7 @@ from litestereo.gateware.rectification.layouts import CAMERAS
 from litestereo.gateware.rectification.parameters import RectifierParameters
 from litestereo.gateware.rectification.row_ring import RowRing
 from litestereo.gateware.rectification.row_window import RowWindow
+from litestereo.soc.flow.mapping import with_garbage
 
 from .proof import Proof, inside
 from .streams import feed, taken
@@ -39,8 +43,11 @@ def _before(proof: Proof, signal, clocks: int) -> Signal:
     return signal
 
 
-def row_window(make=RowWindow) -> Proof:
-    """Prove counts, tracks and marks of positions of any kind, for frames of any size, one after the other."""
+def row_window(make=RowWindow, missing: int | None = None) -> Proof:
+    """Prove counts, tracks and marks of positions of any kind, for frames of any size, one after the other.
+
+    With `missing` the positions are those of maps that need so many rows more than the ring has, 0: as many.
+    """
     core  = make(SMALL)
     proof = Proof(core)
     rows  = SMALL.rows
@@ -98,12 +105,25 @@ def row_window(make=RowWindow) -> Proof:
     proof.prove("with credit, and not between two frames", ~core.taken | (core.credit & ~core.ending))
 
     # Each camera: what a position needs, from its definition.
-    some_gone = []
-    for camera in CAMERAS:
-        some_gone.append(_camera(proof, core, camera, whole, ring, width, height))
+    needs     = [_camera(proof, core, camera, whole, ring, width, height) for camera in CAMERAS]
+    some_gone = needs[0].gone | needs[1].gone
     proof.prove("a row that is gone is told", ~core.source.valid
-                | (core.source.row_gone == _before(proof, some_gone[0] | some_gone[1], 2)))
-    proof.reach("a row is gone", core.source.valid & core.source.row_gone)
+                | (core.source.row_gone == _before(proof, some_gone, 2)))
+    newest = _newest(proof, core, needs, frame_ends)
+    if missing is not None:
+        span = proof.constant(4)
+        proof.assume("positions are of a map that needs the rows of the ring, and those that are missing",
+                     span + lead + 1 == rows + missing)
+        proof.assume("no row is older than that", ~position.valid
+                     | ((~needs[0].used | (needs[0].first + span >= newest))
+                        & (~needs[1].used | (needs[1].first + span >= newest))))
+    if missing == 0:
+        proof.prove("with enough rows none is gone", ~core.source.valid | ~core.source.row_gone)
+        proof.prove("none that a position is about to read", ~core.taken | ~some_gone)
+        proof.reach("a row is the last that the ring holds", core.taken & needs[0].used
+                    & (needs[0].first + rows == whole + 1))
+    else:
+        proof.reach("a row is gone", core.source.valid & core.source.row_gone)
     proof.reach("a frame ends while the next one comes in", frame_ends & core.writing & (row == 1))
 
     # Invariants, for the induction.
@@ -120,8 +140,38 @@ def row_window(make=RowWindow) -> Proof:
     return proof
 
 
-def _camera(proof: Proof, core: RowWindow, camera: str, whole: Signal, ring: Signal, width: Signal, height: Signal):
-    """Prove that a camera's position is read where its rows are; return whether one of them is gone."""
+def _newest(proof: Proof, core: RowWindow, needs: list[SimpleNamespace], frame_ends: Signal) -> Signal:
+    """Prove the count of needed rows; return it with those of the position that waits, for the position's frame."""
+    position = core.position
+    need     = Signal(6)
+    seen     = Signal(6)
+    newest   = Signal(6)
+    counts   = [Mux(one.used, one.count, 0) for one in needs]
+    proof.comb += [
+        need.eq(Mux(counts[0] > counts[1], *counts)),
+        # Between two frames the position is one of the next frame.
+        newest.eq(Mux(core.ending | (need > seen), need, seen)),
+    ]
+    proof.sync += [
+        If(position.valid & ~core.ending,
+            seen.eq(newest)
+        ),
+        If(frame_ends,
+            seen.eq(0)
+        ),
+    ]
+    proof.prove("a position needs no more than its cameras", ~position.valid | (position.needed == need))
+    proof.prove("needed rows are counted", core.ending | (core.counts.needed == seen))
+    return newest
+
+
+def _camera(proof: Proof, core: RowWindow, camera: str, whole: Signal, ring: Signal, width: Signal, height: Signal
+            ) -> SimpleNamespace:
+    """Prove that a camera's position is read where its rows are.
+
+    Return whether the camera has a pixel there, the first row of it, the count up to the last one, and whether one of
+    them is gone.
+    """
     rows, bits = SMALL.rows, SMALL.position_bits
     known      = {}
     for name, stage in (("inside", core.inside), ("position", core.position)):
@@ -180,13 +230,21 @@ def _camera(proof: Proof, core: RowWindow, camera: str, whole: Signal, ring: Sig
     meets = source.valid & core.write.valid & (
         (marks[0] & (core.write.track == track)) | (marks[1] & (core.write.track == following)))
     proof.prove(f"{camera}: no read meets a row that is written", ~meets)
-    return gone
+    return SimpleNamespace(used=used, first=first, count=count, gone=gone)
+
+
+class WithGarbage(Proof):
+    """A proof in whose memories a read of a word that is being written gives garbage."""
+
+    def core_verilog(self) -> str:
+        """Return the Verilog of the core."""
+        return with_garbage(super().core_verilog())
 
 
 def row_ring(make=RowRing) -> Proof:
-    """Prove that a read gives what was written last, for as many clocks as are checked."""
+    """Prove that a read gives what was written last, and meets no write, for as many clocks as are checked."""
     core  = make(NARROW)
-    proof = Proof(core)
+    proof = WithGarbage(core)
     write, sink = core.write, core.sink
     proof.free(write.valid, sink.valid, *write.payload.flatten(), *sink.payload.flatten())
     proof.assume("tracks and columns are in the ring", (write.track < NARROW.rows) & (sink.track < NARROW.rows)

@@ -5,6 +5,9 @@
 
 """The proofs hold for the cores as they are, and refuse faulty cores for the expected reason."""
 
+from dataclasses import replace
+from functools import partial
+
 import pytest
 
 from formal.__main__ import TASKS, Task
@@ -28,6 +31,8 @@ from formal.slot_table import slot_table
 from formal.solver import decide
 from formal.stream_reader import stream_reader
 from formal.stream_writer import stream_writer
+from litestereo.gateware.rectification.parameters import RectifierParameters
+from litestereo.gateware.rectification.row_window import RowWindow
 from support.faulty_core import altered
 
 FAULTS = {
@@ -173,8 +178,44 @@ FAULTS = {
         "is in the bank"),
 }
 
+#: Promises of the rows that the rectifier keeps: what is made, what is altered, and the promise that breaks.
+ROW_FAULTS = {
+    "a row overwritten as it is read": (
+        row_window, "row_window", "RowWindow",
+        '(counts.written >= getattr(position, f"{camera}_gone"))',
+        '(counts.written > getattr(position, f"{camera}_gone"))',
+        "no read meets a row that is written"),
+    "a word overwritten as it is read": (
+        row_ring, "row_ring", "RowRing", "columns[0].eq(sink.column[1:] + sink.column[0])",
+        "columns[0].eq(sink.column[1:])", "is what was written last"),
+    "a row of the next frame not counted": (
+        row_window, "row_window", "RowWindow", "counts.written.eq(counts.written - self.height + counts.row)",
+        "counts.written.eq(counts.written - self.height)", "complete rows are counted"),
+    "a track too many": (
+        row_window, "row_window", "RowWindow", "If(counts.track == self.parameters.rows - 1,",
+        "If(counts.track == self.parameters.rows,", "rows fill the tracks in order"),
+    "needed rows that are forgotten": (
+        row_window, "row_window", "RowWindow", "(position.needed > counts.needed)",
+        "(position.needed != counts.needed)", "needed rows are counted"),
+    "a row gone in one camera": (
+        row_window, "row_window", "RowWindow", "source.row_gone.eq(delayed(self, gone != 0, 2))",
+        "source.row_gone.eq(delayed(self, gone == 3, 2))", "a row that is gone is told"),
+    "a row given up too early": (
+        partial(row_window, missing=0), "row_window", "RowWindow",
+        '(counts.written >= getattr(position, f"{camera}_gone"))',
+        '(counts.written + 1 >= getattr(position, f"{camera}_gone"))',
+        "with enough rows none is gone"),
+    "rows that come in too early": (
+        partial(row_window, missing=0), "row_window", "RowWindow", "counts.limit.eq(counts.needed + self.lead)",
+        "counts.limit.eq(counts.needed + self.lead + 1)", "with enough rows none is gone"),
+}
+
 #: Clocks until a fault shows, if not 16. A bounded proof has to find its faults in the clocks that it checks.
 CLOCKS = {border: 32} | {task.make: task.clocks for task in TASKS if not task.induction}
+
+
+#: Clocks within which a ring of six rows of two columns is full, and a row of it gone.
+ROW_CLOCKS = 24
 
 
 @pytest.mark.long
@@ -184,6 +225,31 @@ def test_a_fault_is_found(fault: str) -> None:
     make, module, core, old, new, broken = FAULTS[fault]
     verdict = decide(make(getattr(altered(module, old, new), core)), CLOCKS.get(make, 16))
     assert any(broken in name for name in verdict.failed), verdict.failed
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("fault", ROW_FAULTS)
+def test_a_fault_of_rows_is_found(fault: str) -> None:
+    """Each promise refuses a fault by itself: other ones, which it needs for the induction, may fail before it."""
+    make, module, core, old, new, broken = ROW_FAULTS[fault]
+    verdict = decide(make(getattr(altered(module, old, new), core)).only(broken), ROW_CLOCKS)
+    assert verdict.failed and all(broken in name for name in verdict.failed)
+
+
+@pytest.mark.long
+def test_two_rows_too_few_are_found() -> None:
+    """Of maps that need all rows of the ring one that has two rows fewer loses some, and tells so."""
+    def smaller(parameters: RectifierParameters) -> RowWindow:
+        return RowWindow(replace(parameters, rows=parameters.rows - 2))
+
+    broken = "with enough rows none is gone"
+    assert decide(row_window(smaller, missing=0).only(broken), ROW_CLOCKS).failed == [broken]
+
+
+def test_a_promise_that_is_not_there() -> None:
+    """A proof has the promise that it is reduced to."""
+    with pytest.raises(LookupError, match="no promise 'as it is not'"):
+        row_ring().only("as it is not")
 
 
 def test_a_bounded_proof_that_ends_too_early_is_refused() -> None:
@@ -211,7 +277,8 @@ def test_a_credit_too_many_is_found(credit: str) -> None:
 
 
 #: Proofs that take minutes.
-SLOW = {"Crossing, resets", "MessageBuffer", "MessageSorter", "PairGate", "SlotTable"}
+SLOW = {"Crossing, resets", "MessageBuffer", "MessageSorter", "PairGate", "RowWindow, enough rows",
+        "RowWindow, two too few", "SlotTable"}
 
 
 @pytest.mark.parametrize("task", [pytest.param(task, id=task.name, marks=[pytest.mark.long]*(task.name in SLOW))

@@ -7,11 +7,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from litestereo.host_tools.cameras.camera_info import CameraInfo
+from litestereo.host_tools.core.grid import ONE, Grid
+
+from .limits import Draws, Range, Rng
 
 #: Focal length in pixels at 640 columns, k1, k2, deviation of p1 and p2, k3, by the angle of view in degrees.
 LENSES = {
@@ -22,6 +27,9 @@ LENSES = {
 }
 
 BASELINE_M = 0.06
+
+#: Images of both cameras.
+Pair = tuple[NDArray[np.uint8], NDArray[np.uint8]]
 
 #: Columns and rows of each camera: float32, H x W, in pixels.
 FloatMaps = tuple[NDArray[np.float32], NDArray[np.float32]]
@@ -108,3 +116,42 @@ def drawn_maps(rng: np.random.Generator, kind: int | str, degrees: float, width:
 
 #: Kinds of lenses.
 KINDS: tuple[int | str, ...] = (*LENSES, "fisheye")
+
+
+class RigDraws(Draws):
+    """Draw rigs: kind of the lens, misalignment, size of the images.
+
+    The sizes begin where every setting of `OpenCVDraws` with 32 disparities and blocks of 11 has pixels to match.
+
+    Parameters
+    ----------
+    rng
+        It seeds the draws.
+    most_columns
+        Columns of the widest images; the highest ones have three quarters as many rows.
+    """
+
+    def __init__(self, rng: Rng, most_columns: int = 640) -> None:
+        super().__init__(rng, {"kind": Range(0, len(KINDS) - 1), "tenths": Range(0, 50),
+                               "width": Range(64, most_columns), "percent": Range(25, 75)},
+                         {"tenths": (5, 10, 20, 30), "width": (80, 96, 97, 128, 145, 160)})
+
+    def rig(self) -> tuple[int | str, float, int, int]:
+        """Draw a kind of `KINDS`, degrees of misalignment, columns and rows."""
+        width = self("width")
+        return KINDS[self("kind")], self("tenths")/10, width, width*self("percent")//100
+
+
+def raw_pair(pair: Pair, grids: Sequence[Grid], rng: np.random.Generator) -> Pair:
+    """Return what cameras with the maps of `grids` see of a pair (uint8, H x W each): noise where it is not."""
+    left, right = (_raw_image(image, grid, rng) for image, grid in zip(pair, grids, strict=True))
+    return left, right
+
+
+def _raw_image(image: NDArray[np.uint8], grid: Grid, rng: np.random.Generator) -> NDArray[np.uint8]:
+    """Put each pixel to the nearest place from which it is rectified."""
+    raw         = rng.choice([0, 255, *range(256)], image.shape).astype(np.uint8)
+    column, row = (values + ONE//2 >> 5 for values in grid.expand())
+    seen        = (column >= 0) & (column < grid.width) & (row >= 0) & (row < grid.height)
+    raw[row[seen], column[seen]] = image[seen]
+    return raw

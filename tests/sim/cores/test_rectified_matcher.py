@@ -16,11 +16,12 @@ from litestereo.host_tools.core.features import Feature
 from litestereo.host_tools.core.grid import Grid
 from litestereo.host_tools.core.settings import MatcherSettings
 from litestereo.host_tools.devices.connect import connect
-from litestereo.sim.cores.cosim import CosimMatcher
+from litestereo.sim.cores.cosim import CosimMatcher, pixel_words
 from litestereo.sim.cores.rectified_matcher import check_grids
+from support.limits import BLOCK, Draws, Range
 from support.opencv import same_as_opencv
 from support.pairs import generator, textured_pair
-from support.rectification_maps import lens, maps_of, opencv_remap, shifted
+from support.rectification_maps import as_grid, drawn_grids, lens, maps_of, opencv_remap, places, shifted
 
 WIDTH, HEIGHT = 160, 120
 SETTINGS      = MatcherSettings(32, 9)
@@ -83,6 +84,54 @@ def test_images(matcher):
         assert all(np.array_equal(*both) for both in zip(matcher.rectify(*pair, grids), rectified, strict=True))
         found, *_ = matcher.match_settings(*pair, SETTINGS, grids=grids)
         same_as_opencv(found, rectified[0], rectified[1], SETTINGS)
+
+
+def check_frame(matcher, grids, width, height, rng, **flow):
+    """Match a pair, and compare the map with OpenCV's."""
+    pair      = textured_pair(width, height, rng, 12)
+    found, *_ = matcher.match_settings(*pair, SETTINGS, grids=grids, **flow)
+    same_as_opencv(found, *(opencv_remap(*one) for one in zip(pair, maps_of(grids, width, height), strict=True)),
+                   SETTINGS)
+
+
+def usable_grids(width, height, rng):
+    """Draw grids of any kind that the build can use."""
+    while True:
+        grids = drawn_grids(width, height, rng)
+        try:
+            check_grids(built(96), grids, width, height)
+        except ValueError:
+            continue
+        return grids
+
+
+def test_drawn_maps(matcher):
+    """Drawn maps of any size, with gaps and back-pressure, and broken off at any clock: the next frame is right."""
+    rng   = generator(333)
+    draws = Draws(rng, {"width": Range(40, WIDTH), "height": Range(10, HEIGHT), "valid": Range(2, 10),
+                        "ready": Range(2, 10)})
+    for _ in range(BLOCK):
+        width, height = draws("width"), draws("height")
+        flow  = {name: draws(name)/10 for name in ("valid", "ready")}
+        grids = usable_grids(width, height, rng)
+        check_frame(matcher, grids, width, height, rng, **flow)
+        matcher.core.run(pixel_words(*textured_pair(width, height, rng)), int(rng.integers(1, width*height)), **flow)
+        matcher.give_up()
+        check_frame(matcher, grids, width, height, rng)
+    draws.check()
+
+
+def test_extreme_maps(matcher):
+    """All fractions, and pairs of which much is outside of the images, are OpenCV's too."""
+    rng   = generator(334)
+    x, y  = places(WIDTH, HEIGHT)
+    level = shifted(WIDTH, HEIGHT, 0, 0)
+    # Both displacements grow by a 32nd of a pixel per pixel.
+    grown = as_grid((x - x[0, 0])/32, (y - y[0, 0])/32)
+    ends  = [shifted(WIDTH, HEIGHT, *moved) for moved in [(-255.9, 0), (31/32, 60), (1/64, -60)]]
+    for grids in [(grown, grown), *((end, level) for end in ends), (level, ends[1]),
+                  (shifted(WIDTH, HEIGHT, 90, -256),)*2]:
+        check_frame(matcher, grids, WIDTH, HEIGHT, rng, valid=0.7)
 
 
 def test_device():
