@@ -15,9 +15,11 @@ from ..common import *
 
 def sort3(module, values):
     """Return three numbers sorted, smallest first, a clock later."""
-    a, b, c    = values
-    ab, bc, ac = Signal(), Signal(), Signal() # The first is not larger than the second.
-    result     = [Signal.like(a) for _ in range(3)]
+    a, b, c = values
+    ab      = Signal() # The first is not larger than the second.
+    bc      = Signal()
+    ac      = Signal()
+    result  = [Signal.like(a) for _ in range(3)]
     module.comb += [
         ab.eq(a <= b),
         bc.eq(b <= c),

@@ -11,8 +11,9 @@ import subprocess
 import sys
 
 import pytest
+from migen import Signal
 
-from litestereo.gateware.common.parameters import OPENCV_FEATURES, MatcherParameters
+from litestereo.gateware.common.parameters import FEATURES, OPENCV_FEATURES, MatcherParameters
 from litestereo.soc.build.tools import ToolError
 from litestereo.soc.flow import synthesis
 from litestereo.soc.flow.place import Placement
@@ -45,10 +46,15 @@ def test_rows():
     assert placed == ["LFE5U-45F", 64, 15, "OpenCV", 90, "95.1", "63 of 108 (58 %)"]
 
 
-def test_emitted_twice_it_is_the_same():
-    """The Verilog is the same each time, so that nothing is synthesized twice."""
-    parameters = MatcherParameters(64, disparities=16, max_block_size=5, features=BARE)
-    assert emit(parameters) == emit(parameters)
+@pytest.mark.parametrize("features", [BARE, FEATURES], ids=["bare", "all"])
+def test_emitted_again_it_is_the_same(features):
+    """The Verilog is the same each time, and after signals of other designs: no two of its signals claim one name."""
+    parameters = MatcherParameters(64, disparities=16, max_block_size=5, features=features)
+    first      = emit(parameters)
+    for count in (0, 1, 37, 500):
+        for _ in range(count):
+            Signal()
+        assert emit(parameters) == first
 
 
 def test_key_of_the_page_is_the_same_in_each_process():
