@@ -271,7 +271,9 @@ static status_t set_up(sensors_t *sensors)
 {
     const sensor_model_t *model = sensors->model;
     sensor_write_t        writes[SENSOR_MOST_WRITES];
-    size_t                count = list_settings(model, &sensors->settings, writes);
+    size_t                count   = list_settings(model, &sensors->settings, writes);
+    const sensor_list_t   lists[] = {model->set_up, {writes, count}, model->start};
+    const size_t          most    = sizeof(lists) / sizeof(lists[0]);
     status_t              status;
 
     sensors->running = false;
@@ -280,24 +282,12 @@ static status_t set_up(sensors_t *sensors)
     sensor_bus_reset(sensors->bus, false);
     sensor_bus_pause(sensors->bus, model->wake_ms * 1000u);
     sensors->present = identify(sensors, &status);
-    if (status == STATUS_OK) {
-        status = write_list(sensors, SENSOR_BOTH, model->set_up.writes, model->set_up.count);
-    }
-    if (status == STATUS_OK) {
-        status = write_list(sensors, SENSOR_BOTH, writes, count);
-    }
-    if (status == STATUS_OK) {
-        status = write_list(sensors, SENSOR_BOTH, model->start.writes, model->start.count);
+    for (size_t i = 0; i < most && status == STATUS_OK; i++) {
+        status = write_list(sensors, SENSOR_BOTH, lists[i].writes, lists[i].count);
     }
     /* Reading comes last: both sensors get their writes at the same time, and begin with the last one. */
-    if (status == STATUS_OK) {
-        status = verify(sensors, SENSOR_BOTH, model->set_up.writes, model->set_up.count);
-    }
-    if (status == STATUS_OK) {
-        status = verify(sensors, SENSOR_BOTH, writes, count);
-    }
-    if (status == STATUS_OK) {
-        status = verify(sensors, SENSOR_BOTH, model->start.writes, model->start.count);
+    for (size_t i = 0; i < most && status == STATUS_OK; i++) {
+        status = verify(sensors, SENSOR_BOTH, lists[i].writes, lists[i].count);
     }
     sensors->running  = status == STATUS_OK;
     sensors->set_ups += status == STATUS_OK;
