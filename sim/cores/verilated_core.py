@@ -53,13 +53,16 @@ def waveform_file(core: str, trace: Path | None) -> Path | None:
     return trace
 
 
-def _free(library: ctypes.CDLL, core: ctypes.c_void_p, folder: Path, process: int) -> None:
+def _free(library: ctypes.CDLL, core: ctypes.c_void_p, counts: Path | None, process: int) -> None:
     # A forked process has copies of its parent's models: only the parent frees them.
     if os.getpid() != process:
         return
-    if os.environ.get("LITESTEREO_COVERAGE"):
-        folder.mkdir(parents=True, exist_ok=True)
-    library.core_free(core, str(folder / f"{process}-{next(_numbers)}.dat").encode())
+    if counts is None:
+        library.core_free(core, b"")
+    else:
+        # Verilator would end the program if it could not open the file.
+        counts.mkdir(parents=True, exist_ok=True)
+        library.core_free(core, str(counts / f"{process}-{next(_numbers)}.dat").encode())
 
 
 class VerilatedCore:
@@ -82,8 +85,10 @@ class VerilatedCore:
         self._library.core_new.argtypes  = [ctypes.c_char_p]
         self._library.core_free.argtypes = [ctypes.c_void_p, ctypes.c_char_p]
         self._core    = ctypes.c_void_p(self._library.core_new(str(self.waveform or "").encode()))
-        folder        = coverage_directory() / type(top.core).__name__ / path.parents[1].name
-        self._end     = weakref.finalize(self, _free, self._library, self._core, folder, os.getpid())
+        # Whether a model counts is settled as it is built: the variable may be another when it is freed.
+        counts        = coverage_directory() / type(top.core).__name__ / path.parents[1].name
+        self._end     = weakref.finalize(self, _free, self._library, self._core,
+                                         counts if os.environ.get("LITESTEREO_COVERAGE") else None, os.getpid())
 
     def close(self) -> None:
         """Free the model; it cannot be used afterwards."""
