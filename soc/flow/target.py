@@ -11,7 +11,7 @@ import argparse
 import sys
 from dataclasses import fields
 
-from ...gateware.common.parameters import FEATURES
+from ...gateware.common.features   import FEATURES, PERIPHERAL_FEATURES
 from ..boards                      import BOARDS, soc_class
 from ..build.tools                 import ToolError
 from .bitstream                    import build
@@ -31,7 +31,7 @@ def parser(board: str) -> argparse.ArgumentParser:
         default = getattr(preset, one.name)
         how     = {"type": type(default)}
         if one.name == "features":
-            how = {"nargs": "+", "choices": FEATURES, "metavar": "FEATURE"}
+            how = {"nargs": "+", "choices": (*FEATURES, *PERIPHERAL_FEATURES), "metavar": "FEATURE"}
         elif isinstance(default, bool):
             how = {"action": argparse.BooleanOptionalAction}
         options.add_argument(f"--{one.name.replace('_', '-')}", default=default, help=one.metadata["help"], **how)
