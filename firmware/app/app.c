@@ -49,14 +49,14 @@ static void describe(app_t *app)
 }
 
 /* Starts UDP. If the SoC has none, or one that this firmware does not support, there is still the serial line. */
-static void start_udp(app_t *app)
+static void start_udp(app_t *app, app_buffers_t *buffers)
 {
-    status_t status = frame_link_init(&app->udp, app->mailbox);
+    status_t status = frame_link_init(&app->udp, buffers->mailbox);
 
     if (status == STATUS_OK) {
         app->info.address = app->udp.capabilities.address;
         app->info.port    = app->udp.capabilities.port;
-        status            = udp_link_init(&app->udp_link, &app->udp, &app->session, &app->counters);
+        status            = udp_link_init(&app->udp_link, &app->udp, &app->session, &app->counters, buffers->payload);
     }
     if (status == STATUS_OK) {
         app->matcher.stream = app->udp_link.transfer.stream;
@@ -144,7 +144,7 @@ static void report_reset(app_t *app)
     }
 }
 
-status_t app_init(app_t *app)
+status_t app_init(app_t *app, app_buffers_t *buffers)
 {
     size_t   size;
     uint8_t *memory = platform_frame_memory(&size);
@@ -186,7 +186,7 @@ status_t app_init(app_t *app)
     app->link.write_context   = &app->serial;
     app->link.console         = type_on_console;
     app->link.console_context = &app->console;
-    start_udp(app);
+    start_udp(app, buffers);
     report_reset(app);
     console_start(&app->console);
     return STATUS_OK;

@@ -45,11 +45,16 @@ typedef struct {
     console_t     console;   /**< Commands on the serial line. */
     frame_link_t  udp;       /**< Driver of the frame link. */
     udp_link_t    udp_link;  /**< The protocol over UDP. */
-    _Alignas(FRAME_ALIGNMENT) uint8_t mailbox[FRAME_LINK_MAILBOX_SIZE];  /**< Received UDP messages. */
 } app_t;
 
+/** Memory that gateware reads and writes: it must be in main RAM. */
+typedef struct {
+    _Alignas(FRAME_ALIGNMENT) uint8_t mailbox[FRAME_LINK_MAILBOX_SIZE];  /**< Received UDP messages. */
+    _Alignas(FRAME_ALIGNMENT) uint8_t payload[PROTOCOL_CHUNK_SIZE];      /**< Payload of a reply over UDP. */
+} app_buffers_t;
+
 /** Initialises everything and prints a greeting; if that fails, prints why. */
-status_t app_init(app_t *app);
+status_t app_init(app_t *app, app_buffers_t *buffers);
 
 /** Resets the SoC after a second: for a program that could not be initialised. */
 void app_give_up(void);

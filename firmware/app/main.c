@@ -14,7 +14,8 @@
 /* A round of the main loop takes milliseconds; its longest wait is for a stalled serial line. */
 #define WATCHDOG_S 5u
 
-static app_t app;
+static app_t app FAST_DATA;
+static app_buffers_t buffers;
 
 static void handle_interrupt(void)
 {
@@ -36,7 +37,7 @@ int main(void)
     platform_stack_mark();
     /* Its interrupt is not handled yet, but its reset ends a hang of the start. */
     watchdog_start(WATCHDOG_S * clock_hz());
-    if (app_init(&app) != STATUS_OK) {
+    if (app_init(&app, &buffers) != STATUS_OK) {
         app_give_up();
     }
     platform_attach_stereo(handle_interrupt);

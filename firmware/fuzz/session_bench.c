@@ -22,6 +22,8 @@
 static _Alignas(FRAME_ALIGNMENT) uint8_t
     memory[GAP + FRAME_LINK_MAILBOX_SIZE + GAP + FRAME_POOL_SLOTS * (SLOT_SIZE + GAP)];
 
+static _Alignas(FRAME_ALIGNMENT) uint8_t reply_payload[PROTOCOL_CHUNK_SIZE];
+
 static frame_link_t  driver;
 static device_info_t info = {
     .max_width = 200, .max_height = 50, .sys_clk_hz = HZ, .name = "fuzz",
@@ -157,7 +159,7 @@ static void make_links(void)
     fake_frame_link.send      = take_datagram;
     fake_frame_link.matching  = is_matching;
     HOLDS(frame_link_init(&driver, memory + GAP) == STATUS_OK);
-    HOLDS(udp_link_init(&udp, &driver, &session, &counters) == STATUS_OK);
+    HOLDS(udp_link_init(&udp, &driver, &session, &counters, reply_payload) == STATUS_OK);
 }
 
 void bench_reset(void)

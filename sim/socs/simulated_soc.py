@@ -155,7 +155,8 @@ class SDRAMSoC(SimulatedSoC):
     """SoC with SDRAM as main memory; LiteX's BIOS copies the firmware there from flash and starts it, as on a board."""
     def __init__(self, **kwargs):
         # Long bursts, because the chip changes its row after each.
-        SimulatedSoC.__init__(self, "sim-sdram", integrated_rom_size=64*1024, burst_bytes=256, **kwargs)
+        SimulatedSoC.__init__(self, "sim-sdram", integrated_rom_size=64*1024, burst_bytes=256, fast_ram_bytes=40*1024,
+            **kwargs)
 
     def add_main_memory(self):
         # The chip's timing at 60 MHz, the clock of the board.

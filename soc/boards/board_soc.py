@@ -99,6 +99,7 @@ class BoardSoC(StereoSoC):
             name                 = self.board_name,
             parameters           = preset.parameters,
             burst_bytes          = preset.burst_bytes,
+            fast_ram_bytes       = preset.fast_ram_bytes,
             matcher_clock_domain = MATCHER_DOMAIN if preset.matcher_hz else "sys",
             **soc_kwargs)
         self.add_screen()

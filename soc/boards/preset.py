@@ -11,6 +11,9 @@ from dataclasses import dataclass, field
 
 from ...gateware.common.parameters import STEREO_BM_FEATURES, MatcherParameters
 
+# All stages, and the rectification of raw pairs in front of them.
+RECTIFYING_FEATURES = (*STEREO_BM_FEATURES, "rectification")
+
 def option(default, text):
     """Return a field with the help of its option in a target."""
     return field(default=default, metadata={"help": text})
@@ -18,30 +21,33 @@ def option(default, text):
 @dataclass(frozen=True)
 class Preset:
     """The configuration of a board: matcher, CPU and clock, chosen by measurement."""
-    disparities:       int             = option(64, "Largest number of disparities, a multiple of 16.")
-    max_block_size:    int             = option(9, "Largest block size, odd.")
-    max_prefilter_cap: int             = option(63, "Largest cap of the prefilter, from 31 on: sums have fewer bits.")
-    max_width:         int             = option(640, "Widest image in pixels.")
-    features:          tuple[str, ...] = option(STEREO_BM_FEATURES, "Optional stages of the matcher.")
-    sys_clk_freq:      int             = option(60000000, "Clock of the system in Hz.")
-    matcher_hz:        int             = option(0, "Clock of matcher and DMA in Hz, if it is not the system's.")
-    cpu_variant:       str             = option("lite", "Variant of the VexRiscv.")
+    disparities:        int             = option(64, "Largest number of disparities, a multiple of 16.")
+    max_block_size:     int             = option(9, "Largest block size, odd.")
+    max_prefilter_cap:  int             = option(63, "Largest cap of the prefilter, from 31 on: sums have fewer bits.")
+    max_width:          int             = option(640, "Widest image in pixels.")
+    features:           tuple[str, ...] = option(STEREO_BM_FEATURES, "Optional stages of the matcher.")
+    rectification_rows: int             = option(64, "Rows of each image that the rectification keeps, if it is built.")
+    sys_clk_freq:       int             = option(60000000, "Clock of the system in Hz.")
+    matcher_hz:         int             = option(0, "Clock of matcher and DMA in Hz, if it is not the system's.")
+    cpu_variant:        str             = option("lite", "Variant of the VexRiscv.")
+    fast_ram_bytes:     int             = option(0, "On-chip RAM for what the firmware runs often; 0 for none.")
     # Long bursts, because SDRAM changes its row after each.
-    burst_bytes:       int             = option(256, "Bytes that are read or written in one go.")
-    streaming:         bool            = option(True, "Match frames as they come from the wire, unstored.")
-    with_icmp:         bool            = option(True, "Answer a ping.")
-    with_screen:       bool            = option(False, "Show the map on a monitor, where the board has a connector.")
-    seed:              int             = option(1, "Seed of nextpnr.")
+    burst_bytes:        int             = option(256, "Bytes that are read or written in one go.")
+    streaming:          bool            = option(True, "Match frames as they come from the wire, unstored.")
+    with_icmp:          bool            = option(True, "Answer a ping.")
+    with_screen:        bool            = option(False, "Show the map on a monitor, where the board has a connector.")
+    seed:               int             = option(1, "Seed of nextpnr.")
 
     @property
     def parameters(self) -> MatcherParameters:
         """Return the build-time parameters of the matcher; raise ValueError if they cannot be built."""
         return MatcherParameters(
-            max_width         = self.max_width,
-            disparities       = self.disparities,
-            max_block_size    = self.max_block_size,
-            max_prefilter_cap = self.max_prefilter_cap,
-            features          = self.features,
+            max_width          = self.max_width,
+            disparities        = self.disparities,
+            max_block_size     = self.max_block_size,
+            max_prefilter_cap  = self.max_prefilter_cap,
+            features           = self.features,
+            rectification_rows = self.rectification_rows,
         )
 
     @property

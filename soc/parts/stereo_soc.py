@@ -15,6 +15,9 @@ from .add_stereo                    import StereoMixin
 from .csr_registers                 import CSRRegistersMixin
 from .reset_record                  import ResetRecord
 
+# Where the CPU caches, and no other region of LiteX is.
+FAST_RAM_ORIGIN = 0x2000_0000
+
 # Stereo SoC ---------------------------------------------------------------------------------------
 
 class StereoSoC(StereoMixin, FrameLinkMixin, CSRRegistersMixin, SoCCore):
@@ -32,13 +35,16 @@ class StereoSoC(StereoMixin, FrameLinkMixin, CSRRegistersMixin, SoCCore):
         Parameters of the matcher: see `StereoMixin.add_stereo`.
     name : str
         Name that the device reports, at most 15 ASCII characters.
+    fast_ram_bytes : int
+        Size of an on-chip RAM for the CPU alone, a multiple of 4: what the firmware runs often does not wait for
+        frames on their way through main memory. 0 for none; `firmware/linker.ld` says what is in it.
     with_line_reader : bool
         Read the CPU's instructions from DRAM in whole lines, without the bus: see `LineReader`.
     **kwargs
         Passed on to `SoCCore`.
     """
     def __init__(self, platform, sys_clk_freq, parameters, burst_bytes=128,
-        matcher_clock_domain="sys", name="litestereo", with_line_reader=False, **kwargs):
+        matcher_clock_domain="sys", name="litestereo", fast_ram_bytes=0, with_line_reader=False, **kwargs):
         soc_kwargs = dict(
             ident        = f"LiteStereo on {name}",
             cpu_type     = "vexriscv",
@@ -65,6 +71,8 @@ class StereoSoC(StereoMixin, FrameLinkMixin, CSRRegistersMixin, SoCCore):
             clock_domain = matcher_clock_domain,
         )
         self.add_link()
+        if fast_ram_bytes:
+            self.add_ram("fast_ram", origin=FAST_RAM_ORIGIN, size=fast_ram_bytes)
         if with_line_reader:
             self.add_line_reader()
 

@@ -16,6 +16,9 @@
 extern "C" {
 #endif
 
+/** Puts a variable that is used often into the fast RAM, if the SoC has one. No peripheral can read or write it there. */
+#define FAST_DATA __attribute__((section(".fast_data")))
+
 /** Clocks since reset. Not to be called in an interrupt: latching and reading the counter is not atomic. */
 uint64_t clock_now(void);
 

@@ -115,7 +115,7 @@ static void udp_link_update_counters(void *context)
     value[COUNTER_CHUNKS_WHILE_MATCHING] += now.chunks_while_matching - before.chunks_while_matching;
 }
 
-status_t udp_link_init(udp_link_t *link, frame_link_t *driver, session_t *session, counters_t *counters)
+status_t udp_link_init(udp_link_t *link, frame_link_t *driver, session_t *session, counters_t *counters, uint8_t *payload)
 {
     if (driver->capabilities.slots < session->pool->slots) {
         return STATUS_UNSUPPORTED;
@@ -124,6 +124,7 @@ status_t udp_link_init(udp_link_t *link, frame_link_t *driver, session_t *sessio
     link->driver   = driver;
     link->session  = session;
     link->counters = counters;
+    link->payload  = payload;
     link->transfer = (session_transfer_t){
         .context         = link,
         .max_pixels      = driver->capabilities.max_chunks / 2u * PROTOCOL_CHUNK_SIZE,

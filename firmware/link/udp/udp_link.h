@@ -36,12 +36,14 @@ typedef struct {
     udp_read_t            reads[PROTOCOL_QUEUED_READS];  /**< The queue: the first `queued` entries, oldest first. */
     unsigned              queued;    /**< Number of queued READs. */
     bool                  sending;   /**< Gateware sends the oldest one. */
-    /** Payload of the reply, until gateware has read it. */
-    _Alignas(FRAME_ALIGNMENT) uint8_t payload[PROTOCOL_CHUNK_SIZE];
+    uint8_t              *payload;   /**< Payload of the reply, until gateware has read it. */
 } udp_link_t;
 
-/** Prepares the link and gives it to the session; STATUS_UNSUPPORTED if gateware has fewer slots than the pool. */
-status_t udp_link_init(udp_link_t *link, frame_link_t *driver, session_t *session, counters_t *counters);
+/** Prepares the link and gives it to the session; STATUS_UNSUPPORTED if gateware has fewer slots than the pool.
+ *
+ * `payload` is memory for PROTOCOL_CHUNK_SIZE bytes that gateware reads: in main RAM, a multiple of FRAME_ALIGNMENT.
+ */
+status_t udp_link_init(udp_link_t *link, frame_link_t *driver, session_t *session, counters_t *counters, uint8_t *payload);
 
 /** Prepares the path of streamed frames, if gateware has one. In udp_stream.c. */
 void udp_stream_init(udp_link_t *link);

@@ -39,18 +39,19 @@
 #define MEMORY_BASE 0x50000000u
 
 static struct {
-    app_t    app;
-    uint8_t *memory;
-    size_t   memory_size;
-    uint32_t clock_hz;
-    uint16_t port;
-    long     udp_port;     /* -1 for none. */
-    bool     stored_only;  /* Without streaming. */
-    bool     bad_updates;  /* A firmware on trial is reset before it confirms itself. */
-    jmp_buf  reset;        /* Target of a reset. */
-    uint32_t reset_word;   /* The register reset_record_cause. */
-    uint16_t version;      /* Of the firmware that the boot program found in flash. */
-    uint8_t  booted[FLASH_IMAGE_BYTES];  /* The image that the boot program found in flash. */
+    app_t         app;
+    app_buffers_t buffers;
+    uint8_t      *memory;
+    size_t        memory_size;
+    uint32_t      clock_hz;
+    uint16_t      port;
+    long          udp_port;               /* -1 for none. */
+    bool          stored_only;            /* Without streaming. */
+    bool          bad_updates;            /* A firmware on trial is reset before it confirms itself. */
+    jmp_buf       reset;                  /* Target of a reset. */
+    uint32_t      reset_word;             /* The register reset_record_cause. */
+    uint16_t      version;                /* Of the firmware that the boot program found in flash. */
+    uint8_t       booted[FLASH_IMAGE_BYTES];  /* The image that the boot program found in flash. */
 } device = {.memory_size = 16 << 20, .clock_hz = 100000000, .udp_port = -1};
 
 static void stop(int signal)
@@ -220,7 +221,7 @@ static void boot(void)
 static bool start(void)
 {
     boot();
-    if (app_init(&device.app) != STATUS_OK) {
+    if (app_init(&device.app, &device.buffers) != STATUS_OK) {
         return false;
     }
     device.app.info.firmware_version = device.version;

@@ -213,7 +213,7 @@ static void test_small_devices(void)
     REQUIRE_TYPE("selftest\r", "selftest: passed, 3 frames, ");
     frame_memory = FRAME_POOL_SLOTS * 2048;
     type("");
-    REQUIRE(app_init(&app) == STATUS_SIZE && strstr(out, "8192 bytes of memory are too few for frames.") != NULL);
+    REQUIRE(app_init(&app, &app_buffers) == STATUS_SIZE && strstr(out, "8192 bytes of memory are too few for frames.") != NULL);
     /* Frames have priority over the screen. */
     REQUIRE(app.screen.width == 0);
     frame_memory = 1 << 20;
@@ -271,7 +271,7 @@ static void test_wrong_gateware(void)
 {
     fake_stereo.max_disparities = 0;
     type("");
-    REQUIRE(app_init(&app) == STATUS_UNSUPPORTED && strstr(out, "matcher") != NULL);
+    REQUIRE(app_init(&app, &app_buffers) == STATUS_UNSUPPORTED && strstr(out, "matcher") != NULL);
     fake_stereo.max_disparities = 64;
 }
 

@@ -37,6 +37,8 @@
 static _Alignas(FRAME_ALIGNMENT) uint8_t
     memory[GAP + FRAME_LINK_MAILBOX_SIZE + GAP + FRAME_POOL_SLOTS * (SLOT_SIZE + GAP)];
 
+static _Alignas(FRAME_ALIGNMENT) uint8_t reply_payload[PROTOCOL_CHUNK_SIZE];
+
 static frame_pool_t  pool;
 static counters_t    counters;
 static session_t     session;
@@ -273,7 +275,7 @@ static void start(void)
     fake_frame_link.send      = take_reply;
     fake_frame_link.matching  = is_matching;
     REQUIRE(frame_link_init(&driver, mailbox()) == STATUS_OK);
-    REQUIRE(udp_link_init(&udp, &driver, &session, &counters) == STATUS_OK);
+    REQUIRE(udp_link_init(&udp, &driver, &session, &counters, reply_payload) == STATUS_OK);
     fuzz_prepare(&seed);
 }
 

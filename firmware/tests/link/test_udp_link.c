@@ -26,6 +26,7 @@ static uint64_t     wakes;     /* Tick at which hanging gateware continues. */
 static uint32_t     sequence;  /* Of the last message posted. */
 
 static _Alignas(FRAME_LINK_MAX_ALIGNMENT) uint8_t mailbox[FRAME_LINK_MAILBOX_SIZE];
+static _Alignas(FRAME_ALIGNMENT) uint8_t reply_payload[PROTOCOL_CHUNK_SIZE];
 
 /* Datagrams sent and not yet checked, oldest first. */
 static struct {
@@ -153,7 +154,7 @@ static void start(void)
     fake_frame_link_reset();
     memset(mailbox, CANARY, sizeof(mailbox));
     REQUIRE(frame_link_init(&driver, mailbox) == STATUS_OK);
-    REQUIRE(udp_link_init(&udp, &driver, &session, &counters) == STATUS_OK);
+    REQUIRE(udp_link_init(&udp, &driver, &session, &counters, reply_payload) == STATUS_OK);
     REQUIRE(session.transfer == &udp.transfer && udp.transfer.max_pixels == fake_frame_link.max_chunks * 512u);
     greet(&alice, 1);
 }
@@ -701,7 +702,7 @@ static void test_too_few_slots(void)
     start();
     session.transfer          = NULL;
     driver.capabilities.slots = SLOTS - 1;
-    REQUIRE(udp_link_init(&udp, &driver, &session, &counters) == STATUS_UNSUPPORTED && session.transfer == NULL);
+    REQUIRE(udp_link_init(&udp, &driver, &session, &counters, reply_payload) == STATUS_UNSUPPORTED && session.transfer == NULL);
 }
 
 int main(void)

@@ -21,10 +21,11 @@
 #define MEMORY_SIZE (1u << 20)
 #define PAGE        4096u
 
-app_t    app;
-char     out[1 << 16];
-uint64_t now;
-size_t   frame_memory = MEMORY_SIZE;
+app_t         app;
+app_buffers_t app_buffers;
+char          out[1 << 16];
+uint64_t      now;
+size_t        frame_memory = MEMORY_SIZE;
 
 reset_report_t found_reset;
 reset_cause_t  last_reset;
@@ -151,7 +152,7 @@ void boot(void)
     fake_screen           = (fake_screen_t){0};
     memset(memory, 0, MEMORY_SIZE);
     out_length = 0;
-    REQUIRE(app_init(&app) == STATUS_OK);
+    REQUIRE(app_init(&app, &app_buffers) == STATUS_OK);
     fake_stereo_attach(handle_interrupt);
 }
 

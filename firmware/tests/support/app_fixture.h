@@ -16,7 +16,8 @@
 #include "require.h"
 
 /** The firmware. */
-extern app_t app;
+extern app_t         app;
+extern app_buffers_t app_buffers;
 
 /** Time in clocks of a microsecond; each read advances it, so that every bounded wait ends. */
 extern uint64_t now;

@@ -35,7 +35,7 @@ static struct {
     jmp_buf  start;
     void   (*stereo)(void);
     void   (*watchdog)(void);
-    app_t   *app;
+    app_t   *app;      /* At the begin of memory. */
     uint64_t causes[RESET_MATCHER + 1];
 } machine;
 
@@ -115,9 +115,15 @@ size_t platform_stack_used(size_t *size)
     return 0;
 }
 
+/* The buffers of the program, which follow its variables. */
+static app_buffers_t *buffers(void)
+{
+    return (app_buffers_t *)((MACHINE_MEMORY_BASE + sizeof(app_t) + 4095u) & ~(uintptr_t)4095);
+}
+
 void *platform_frame_memory(size_t *size)
 {
-    uintptr_t begin = (MACHINE_MEMORY_BASE + sizeof(app_t) + 4095u) & ~(uintptr_t)4095;
+    uintptr_t begin = ((uintptr_t)(buffers() + 1) + 4095u) & ~(uintptr_t)4095;
 
     *size = MACHINE_MEMORY_BASE + MACHINE_MEMORY_SIZE - begin;
     return (void *)begin;
@@ -182,7 +188,7 @@ int main(int argc, char **argv)
     machine.watchdog = NULL;
     /* The C start-up code clears variables. */
     memset(machine.app, 0, sizeof(*machine.app));
-    if (app_init(machine.app) != STATUS_OK) {
+    if (app_init(machine.app, buffers()) != STATUS_OK) {
         fprintf(stderr, "the firmware does not start\n");
         return 1;
     }
