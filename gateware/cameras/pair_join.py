@@ -41,7 +41,7 @@ class PairJoin(LiteXModule):
     is what begins next.
 
     The size of a frame is taken over while none is inside; a size of 0 begins none. `info` is of the pair that has
-    begun last, `flags` of the one that has ended last.
+    begun last, `flags` and `apart` of the one that has ended last.
     """
     def __init__(self, parameters):
         self.sinks        = [stream.Endpoint(pixel_layout()) for _ in SIDES] # Frames of the guards.
@@ -68,6 +68,8 @@ class PairJoin(LiteXModule):
         # Status.
         self.info     = Record(pair_layout())     # The pair that has begun last.
         self.flags    = Signal(2*len(DAMAGES))    # Damages of the one that has ended last, those of the left first.
+        self.apart    = Signal()                  # That one was flagged for its skew.
+        self.busy     = Signal()                  # A pair is under way.
         self.begins   = Signal()                  # A pair begins (pulse),
         self.refused  = Signal()                  # or does not (pulse).
         self.finished = Signal()                  # It has ended (pulse),
@@ -150,7 +152,8 @@ class PairJoin(LiteXModule):
         self.fsm = fsm = FSM(reset_state="WAIT")
         self.comb += [
             stale.eq(~((left.empty | left.held) & (right.empty | right.held))),
-            self.takes.eq(fsm.ongoing("WAIT") & self.open & armed & self.sized & ~stale),
+            self.busy.eq(~fsm.ongoing("WAIT")),
+            self.takes.eq(~self.busy & self.open & armed & self.sized & ~stale),
         ]
         self.sync += [
             If(self.begins,
@@ -178,6 +181,7 @@ class PairJoin(LiteXModule):
             If(left.complete & right.complete,
                 self.finished.eq(1),
                 NextValue(self.flags, Cat(*self.damages)),
+                NextValue(self.apart, self.info.flagged),
                 NextState("WAIT")
             )
         )

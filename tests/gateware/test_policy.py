@@ -14,6 +14,7 @@ from litex.soc.interconnect import stream
 from litestereo.gateware.cameras.dvp_receiver import DVPReceiver
 from litestereo.gateware.cameras.frame_guard import FrameGuard
 from litestereo.gateware.cameras.frame_queue import FrameQueue
+from litestereo.gateware.cameras.frame_statistics import FrameStatistics
 from litestereo.gateware.cameras.pair_join import PairJoin
 from litestereo.gateware.cameras.pair_matcher import PairMatcher
 from litestereo.gateware.cameras.parameters import CameraParameters
@@ -83,7 +84,7 @@ def test_latency_and_reset_of_rectification(core):
 
 
 @pytest.mark.parametrize("core", [DVPReceiver, FrameGuard, SensorCrossing, SensorCapture, TriggerGenerator,
-                                  PairMatcher, FrameQueue, PairJoin])
+                                  PairMatcher, FrameQueue, PairJoin, FrameStatistics])
 def test_latency_and_reset_of_cameras(core):
     """A core of the cameras declares its latency, or None, and has a reset if it is in one clock domain."""
     plain = core in (DVPReceiver, SensorCrossing, TriggerGenerator, PairMatcher)
