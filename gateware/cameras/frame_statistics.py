@@ -24,9 +24,9 @@ BINS         = 2**BIN_BITS
 class FrameStatistics(LiteXModule):
     """How bright the frames of a sensor are: sum of a window's pixels, dark and bright ones, a histogram.
 
-    It sees the sensor's items as the guard takes them, so it works for frames that do not begin, too. The window is from
-    the first row and column to the one in front of the last; it is taken over when a frame begins. Pixels that have not
-    come are not counted, and those beyond the largest frame neither: the sum of all bins says how many there were.
+    It sees the sensor's items as the guard takes them, so it measures frames that do not begin, too. The window is
+    taken over when a frame begins. Pixels that have not come are not counted, and those beyond the largest frame
+    neither: the sum of all bins says how many there were.
 
     The results are those of one frame, the newest that has ended, by its mark or by the begin of the next one; they
     change in the clock after `measured`. One that falls silent has ended when the next one begins.

@@ -128,8 +128,8 @@ class CameraCSR:
             left_pattern  = (left.pattern.pattern,    2, "Show the test pattern instead of the left sensor. It needs "
                 "the clock of the sensor."),
             right_pattern = (right.pattern.pattern,   3, "The same of the right one."),
-            select        = (self.select,             4, "The matcher gets the pairs of the cameras; otherwise those of "
-                "the frame link. Change it only while the matcher is idle."),
+            select        = (self.select,             4, "The matcher gets the pairs of the cameras; otherwise those "
+                "of the frame link. Change it only while the matcher is idle."),
             triggers      = (triggers.enable,         5, "Give triggers."),
             free_running  = (self.pairs.free_running, 6, "There are no triggers: ``number`` counts starts."),
         )

@@ -202,7 +202,7 @@ class Bench:
         self.clocks(20)
         self.write("pattern", disparity | row_blanking << 16)
         self.write("pattern_blanking", frame_blanking)
-        self.control(**{name: 1 for name in (*CONTROL[:5], "free_running")} | fields)
+        self.control(**dict.fromkeys((*CONTROL[:5], "free_running"), 1) | fields)
 
 
 @pytest.fixture(scope="module")
