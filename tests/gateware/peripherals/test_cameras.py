@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from litex.gen import LiteXModule
 from litex.soc.interconnect import csr_bus
+from migen import ClockDomain
 
 from litestereo.gateware.cameras.frame_guard import DAMAGES
 from litestereo.gateware.cameras.layouts import SIDES
@@ -21,6 +22,7 @@ from litestereo.gateware.cameras.parameters import CameraParameters
 from litestereo.gateware.common.parameters import FEATURES
 from litestereo.gateware.matcher.frame_settings import frame_settings
 from litestereo.gateware.peripherals.cameras import CameraPeripheral
+from litestereo.gateware.peripherals.stereo_crossing import StereoPeripheralCrossing
 from litestereo.gateware.peripherals.stereo_peripheral import StereoPeripheral
 from litestereo.host_tools.core.settings import MatcherSettings
 from litestereo.sim.cores.pin_core import PinCore
@@ -41,10 +43,15 @@ LIMITS        = {"silence": 3000, "clock_limit": 200, "pair_window": 2000, "flag
 
 
 class Top(LiteXModule):
-    """Cameras and matcher, as the SoC connects them."""
-    def __init__(self) -> None:
-        self.ports   = dict(zip(("read", "write"), PORTS["native-32"](), strict=True))
-        self.stereo  = StereoPeripheral(*self.ports.values(), built(FEATURES), 64, with_csr=False)
+    """Cameras and matcher, as the SoC connects them; the matcher may have a separate clock."""
+    def __init__(self, crossed: bool) -> None:
+        self.ports = dict(zip(("read", "write"), PORTS["native-32"](), strict=True))
+        if crossed:
+            self.cd_matcher = ClockDomain()
+            self.stereo     = StereoPeripheralCrossing(*self.ports.values(), built(FEATURES), "matcher", 64,
+                                                       with_csr=False)
+        else:
+            self.stereo     = StereoPeripheral(*self.ports.values(), built(FEATURES), 64, with_csr=False)
         self.cameras = cameras = CameraPeripheral(PARAMETERS)
         self.bus     = csr_bus.Interface(data_width=32, address_width=14)
         self.bank    = csr_bus.CSRBank(cameras.get_csrs(sort=True), bus=self.bus)
@@ -75,14 +82,17 @@ class Side:
 class Bench:
     """The SoC's part in Verilator, with memory."""
 
-    def __init__(self) -> None:
-        self.top    = top = Top()
+    def __init__(self, crossed: bool = False) -> None:
+        self.top    = top = Top(crossed)
+        self.crossed = crossed
         cameras, stereo = top.cameras, top.stereo
         inputs      = {name: getattr(top.bus, name) for name in ("adr", "we", "re", "dat_w")}
         inputs     |= {f"stereo_{name}": getattr(stereo, name) for name, _ in frame_settings(FEATURES)}
         inputs     |= {f"stereo_{name}": getattr(stereo, name) for name in ("start", "abort")}
         inputs     |= {f"others_{name}": getattr(cameras.others, name) for name in ("valid", "left", "right", "last")}
         inputs     |= {"scl_i": cameras.scl_i}
+        if crossed:
+            inputs |= {"matcher_clk": top.cd_matcher.clk, "matcher_rst": top.cd_matcher.rst}
         outputs     = {"dat_r": top.bus.dat_r, "busy": stereo.busy, "done": stereo.done, "failed": stereo.failed,
                        "irq": cameras.ev.irq, "others_ready": cameras.others.ready, "trigger": cameras.trigger,
                        "scl_low": cameras.scl_low, "begins": cameras.join.begins}
@@ -112,10 +122,12 @@ class Bench:
         for side in self.sides:
             side.period, side.due, side.script, side.form = 2.5, 0.0, iter(()), form or Format()
         self.core.set(stereo_start=0, stereo_abort=0, others_valid=0, we=0, re=0)
-        for _ in range(3):
-            self.core.hold_reset(1)
+        for reset in (1, 1, 1, 0):
+            self.core.hold_reset(reset)
+            if self.crossed:
+                self.core.set(matcher_rst=reset)
             self.clock()
-        self.core.hold_reset(0)
+        self.clocks(60 if self.crossed else 0)
         for one in self.slaves:
             one.reset()
         self.write("size", WIDTH | HEIGHT << 16)
@@ -131,6 +143,10 @@ class Bench:
             for pins in side.edges(self.now):
                 self.core.set(**pins, **{f"{side.name}_clk": 1})
                 self.core.set(**{f"{side.name}_clk": 0})
+        # Three clocks of a separate matcher in two of the system.
+        for _ in range((1 + self.now % 2) if self.crossed else 0):
+            self.core.set(matcher_clk=1)
+            self.core.set(matcher_clk=0)
         for one in self.slaves:
             one.step()
         self.core.clock()
@@ -236,6 +252,26 @@ def test_pattern(bench, disparity):
     assert bench.read("pair_counts") & 0xffff == 2
     bench.write("latch", 1)
     assert 0 <= bench.now - bench.read("now") <= 12
+
+
+def test_a_matcher_with_a_separate_clock():
+    """It takes a pair each time that it is started, also after one that was given up."""
+    bench = Bench(crossed=True)
+    bench.restart()
+    bench.pattern(6)
+    expected = expected_map(noise_rows(WIDTH, HEIGHT, 0), noise_rows(WIDTH, HEIGHT, 6), SETTINGS)
+    for aborted in (False, True, False):
+        bench.start()
+        if aborted:
+            while not bench.core.get("begins"):
+                bench.clock()
+            bench.clocks(700)
+            bench.pulse("abort")
+        assert bench.end() != aborted
+        assert aborted or np.array_equal(bench.map(), expected)
+    bench.clocks(200)
+    assert bench.read("pair_counts") & 0xffff == 2 and bench.read("pair_losses") == 1 and bench.read("flags") == 0
+    bench.core.close()
 
 
 def sensors(bench: Bench, images, count: int = 1, skew: int = 0) -> None:

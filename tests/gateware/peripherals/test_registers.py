@@ -229,7 +229,7 @@ CAMERAS = Map(
         }),
     },
     constants={"version": 0x0001, "max_size": 640 | 480 << 16, "skew_pixels": 1024},
-    # Two fields are of one Signal, a register of two Signals, of several words, or has a reset value: tests below.
+    # Parts of a Signal, of several Signals, of several words, or not 0 after a reset: in test_cameras.py.
     others=frozenset({"flags", "window_columns", "window_rows", "bin_index", "pins", "i2c", "i2c_in", "exposed",
                       "left_stamp", "right_stamp", "now"}))
 
