@@ -127,6 +127,7 @@ class Bench:
         self.current: list[list[int]] = [[], []]
         self.stalled = None
         self.info_due = False
+        self.refusals: list[int] = [] #: clocks
 
     def run(self, sides: list[SensorSide], follower: Follower, clocks: int = 10**6, rest: int = 3*SILENCE) -> None:
         """Run until both sensors are done, and some clocks more, or for some clocks."""
@@ -168,6 +169,7 @@ class Bench:
         """Check what always holds."""
         self.seen.update({name: out[name] for name in EVENTS})
         self.seen.update({f"{name}_dropped": out[f"{name}_dropped"] for name in SIDES} | {"apart": out["pair_dropped"]})
+        self.refusals += [self.now]*out["refused"]
         if self.info_due:
             self.under_way.info |= {name: out[f"info_{name}"] for name, _ in pair_layout()}
             self.info_due = False
@@ -212,6 +214,7 @@ class Bench:
             for number, (stamp, side) in enumerate(zip(stamps, sides, strict=True)):
                 pixels = pair.pixels[number]
                 assert pixels == self.guarded[number][stamp][:len(pixels)]
+                assert pair.given_up or len(pixels) == len(self.guarded[number][stamp])
                 flags = None if pair.flags is None else pair.flags >> number*len(DAMAGES) & 2**len(DAMAGES) - 1
                 if flags == 0:
                     assert pixels == [pixel for row in side.starts[stamp].rows for pixel in row]
@@ -315,7 +318,9 @@ def test_it_opens_between_two_starts(bench):
         bench.run(sides, follower)
         pairs = bench.finish(sides)
         assert [pair.info["number"] for pair in pairs] == [2]
-        assert bench.seen["refused"] == 1
+        # It is refused when it is found, not after a wait.
+        (refused,) = bench.refusals
+        assert refused == max(min(side.starts) for side in sides) + 1
 
 
 def test_one_frame_each_time_that_it_is_open(bench):
@@ -414,6 +419,21 @@ def test_the_size_changes_between_frames(bench):
         bench.core.set(width=width, height=height)
         assert play(bench, skewed(bench, 0, frames(bench.rng, 2), frames(bench.rng, 2))) == []
         assert bench.seen["refused"] == 2
+
+
+def test_a_size_that_changes_all_the_time(bench):
+    """Both frames of a pair have the same one."""
+    bench.restart()
+    for skew in (0, 1, -2, ROW):
+        sides    = skewed(bench, skew, frames(bench.rng, 8), frames(bench.rng, 8))
+        follower = Follower(bench.rng)
+        bench.forget()
+        while not all(side.idle for side in sides):
+            bench.core.set(width=bench.rng.randint(10, 20), height=bench.rng.randint(4, 8))
+            bench.clock(sides, follower)
+        bench.run(sides, follower)
+        pairs = bench.finish(sides)
+        assert len({pair.size for pair in pairs}) >= 3
 
 
 def any_frames(rng, periods: list[int]) -> list[Shown | int]:
