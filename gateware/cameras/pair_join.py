@@ -148,12 +148,10 @@ class PairJoin(LiteXModule):
         """Follow a pair: none, its pixels, its end."""
         left, right = self.queues
         armed    = Signal() # What follows was closed since the last pair began.
-        stale    = Signal() # A frame is being discarded.
         self.fsm = fsm = FSM(reset_state="WAIT")
         self.comb += [
-            stale.eq(~((left.empty | left.held) & (right.empty | right.held))),
             self.busy.eq(~fsm.ongoing("WAIT")),
-            self.takes.eq(~self.busy & self.open & armed & self.sized & ~stale),
+            self.takes.eq(~self.busy & self.open & armed & self.sized),
         ]
         self.sync += [
             If(self.begins,
