@@ -5,7 +5,12 @@
 
 """Layouts of the endpoints between the cores of the capture."""
 
-from ..common import PIXEL_BITS
+from ..common           import PIXEL_BITS
+from .parameters        import SPAN_BITS, STAMP_BITS
+from .trigger_generator import NUMBER_BITS
+
+# The sensors, in this order everywhere.
+SIDES = ("left", "right")
 
 # Kinds of Items -----------------------------------------------------------------------------------
 
@@ -28,3 +33,14 @@ def captured_layout():
 def pixel_layout():
     """Return a pixel of one image; in raster order, `first` and `last` mark the frame."""
     return [("pixel", PIXEL_BITS)]
+
+def pair_layout():
+    """Return what is known of a pair of frames when it is found: see `PairMatcher`."""
+    return [
+        ("number",      NUMBER_BITS), # Its number.
+        ("exposed",     STAMP_BITS),  # When its trigger began.
+        ("left_stamp",  STAMP_BITS),  # When the sensors started their frames.
+        ("right_stamp", STAMP_BITS),
+        ("skew",        SPAN_BITS),   # Clocks from left to right start, two's complement.
+        ("flagged",     1),           # They are too many.
+    ]

@@ -53,7 +53,7 @@ FEATURE_TABLE = (
         "over UDP only: [how](#streamed-frames)"),
     Feature( 9, "update",        "a flash whose firmware can be replaced",  "device", "[how](#updates)"),
     Feature(10, "rectification", "rectification of the pair",               "peripheral", "[how](#rectification)"),
-    Feature(11, "cameras",       "cameras on the device",                   "reserved"),
+    Feature(11, "cameras",       "cameras on the device",                   "peripheral", "[what](cameras.md)"),
     Feature(12, "semi_global",   "semi-global matching",                    "reserved"),
     Feature(13, "census",        "the census transform",                    "reserved"),
     Feature(14, "confidence",    "a confidence for each disparity",         "reserved"),

@@ -103,6 +103,11 @@ class StereoPeripheralCrossing(PeripheralCSR, LiteXModule):
             self.add_csr()
             self.add_irq()
 
+    @property
+    def takes_pairs(self):
+        """Whether a streamed frame is under way, whose pairs it takes or has taken: an expression in `sys`."""
+        return self.busy & self.core.streamed
+
     def add_settings(self, begin):
         """Hold the settings from `begin` on: they are constant while the other side reads them."""
         for name, bits in frame_settings(self.parameters.features):

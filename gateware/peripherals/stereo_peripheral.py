@@ -111,6 +111,11 @@ class StereoPeripheral(PeripheralCSR, LiteXModule):
             self.add_csr()
             self.add_irq()
 
+    @property
+    def takes_pairs(self):
+        """Whether a streamed frame is under way, whose pairs it takes or has taken: an expression in `sys`."""
+        return self.busy & self.frame.streamed
+
     def add_rectification(self, ports, burst_bytes, begin):
         """Build the rectification, its settings, and the loading of its grids."""
         frame         = self.frame

@@ -26,15 +26,16 @@ from litedram.core.controller import ControllerSettings
 from litedram.modules         import M12L64322A
 from litedram.phy.model       import SDRAMPHYModel
 
-from ...soc.boards.board_soc  import FLASH_RECORDS_BYTES
-from ...soc.build.builder     import StereoBuilder
-from ...soc.parts.stereo_soc  import StereoSoC
-from ...soc.parts.wide_ram    import WideRAM
-from .ethernet_model          import EthernetPHYModel
-from .flash_model             import FlashModel, SECTOR_BYTES, flash_model_bytes
-from .matcher                 import MATCHER, RECTIFYING_MATCHER
-from .memory_monitor          import EVENTS, MemoryMonitor
-from .simulator               import build_simulator
+from ...gateware.cameras.parameters import CameraParameters
+from ...soc.boards.board_soc        import FLASH_RECORDS_BYTES
+from ...soc.build.builder           import StereoBuilder
+from ...soc.parts.stereo_soc        import StereoSoC
+from ...soc.parts.wide_ram          import WideRAM
+from .ethernet_model                import EthernetPHYModel
+from .flash_model                   import FlashModel, SECTOR_BYTES, flash_model_bytes
+from .matcher                       import CAMERA_MATCHER, MATCHER, RECTIFYING_MATCHER
+from .memory_monitor                import EVENTS, MemoryMonitor
+from .simulator                     import build_simulator
 
 MAIN_RAM_BYTES = 8*1024*1024 # The size of a Colorlight i5's SDRAM.
 FLASH_ORIGIN   = 0x3000_0000
@@ -151,6 +152,12 @@ class RectifyingSoC(IntegratedRAMSoC):
         ):
             self.add_constant(name, value)
 
+class CameraSoC(RectifyingSoC):
+    """SoC on integrated RAM that rectifies, with cameras, whose test patterns take the places of sensors."""
+    def add_link(self):
+        self.add_cameras(CameraParameters(max_width=CAMERA_MATCHER.max_width, max_height=128, skew_pixels=256))
+        RectifyingSoC.add_link(self)
+
 class SDRAMSoC(SimulatedSoC):
     """SoC with SDRAM as main memory; LiteX's BIOS copies the firmware there from flash and starts it, as on a board."""
     def __init__(self, **kwargs):
@@ -178,6 +185,7 @@ SOCS = {
     "sdram":          partial(SDRAMSoC, parameters=MATCHER),
     "sdram-lines":    partial(SDRAMSoC, parameters=MATCHER, with_line_reader=True),
     "rectifying":     partial(RectifyingSoC, parameters=RECTIFYING_MATCHER),
+    "cameras":        partial(CameraSoC, parameters=CAMERA_MATCHER),
 }
 
 # Build --------------------------------------------------------------------------------------------

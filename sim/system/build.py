@@ -30,8 +30,8 @@ from ..cores.verilated import COMPILATION
 MEMORIES       = ("integrated-ram", "sdram")
 
 #: Further SoCs: SDRAM and a `LineReader` for the CPU's instructions, for measurements; one that rectifies, with a flash
-#: for its calibration, on integrated RAM.
-VARIANTS       = ("sdram-lines", "rectifying")
+#: for its calibration, on integrated RAM; and the same with cameras.
+VARIANTS       = ("sdram-lines", "rectifying", "cameras")
 TOOLS          = {"verilator": "verilator", "riscv64-unknown-elf-gcc": "gcc-riscv64-unknown-elf", "make": "make",
                   "g++": "g++"}
 

@@ -24,7 +24,7 @@ from types import TracebackType
 
 from ...soc.boards import BOARDS
 from ...soc.build.paths import build_directory
-from .build import SimulationError, build_boot, build_example, build_firmware, build_soc, examples
+from .build import SimulationError, build_boot, build_example, build_firmware, build_program, build_soc, examples
 
 PROMPT = b"litestereo> "
 
@@ -99,14 +99,14 @@ def start_simulation(ram: str = "integrated-ram", port: int = 0, udp_port: int =
                      byte_clock_hz: int = SYS_CLK_HZ, capture: Path | None = None, timeout_s: float = 300.0,
                      example: str | None = None, stranger: Stranger | None = None,
                      paced_latency: int | None = None, memory_counts: Path | None = None,
-                     matcher_clock_hz: int = 0) -> Simulation:
+                     matcher_clock_hz: int = 0, program: Path | None = None) -> Simulation:
     """Build what is missing, start the simulation and wait for the firmware's prompt.
 
     Parameters
     ----------
     ram
-        Main memory of the SoC: `integrated-ram` or `sdram`; `rectifying` for a SoC on integrated RAM that rectifies; or
-        a board, for its SoC, which boots from its flash.
+        Main memory of the SoC: `integrated-ram` or `sdram`; `rectifying` for a SoC on integrated RAM that rectifies,
+        `cameras` for the same with cameras; or a board, for its SoC, which boots from its flash.
     port
         TCP port of 127.0.0.1 for the UART; 0 picks a free one.
     udp_port
@@ -131,6 +131,8 @@ def start_simulation(ram: str = "integrated-ram", port: int = 0, udp_port: int =
         sim/socs/modules/memory2file.
     matcher_clock_hz
         Clock of a matcher that has a separate one; 0: the SoC's own choice.
+    program
+        Source of another program in `firmware/`, in place of our firmware; there is no prompt to wait for then.
 
     Raises
     ------
@@ -142,7 +144,9 @@ def start_simulation(ram: str = "integrated-ram", port: int = 0, udp_port: int =
     if example and example not in examples():
         raise SimulationError(f"unknown example {example!r}: choose one of {', '.join(examples())}")
     soc      = build_soc(ram)
-    firmware = (build_example(soc, example) if example else build_firmware(soc)).read_bytes()
+    binary   = (build_program(soc, program) if program else build_example(soc, example) if example
+                else build_firmware(soc))
+    firmware = binary.read_bytes()
     paced    = f"litestereo-{os.getpid()}-{next(_numbers)}" if paced_latency is not None else ""
     runs     = build_directory() / "run"
     runs.mkdir(parents=True, exist_ok=True)
@@ -168,7 +172,7 @@ def start_simulation(ram: str = "integrated-ram", port: int = 0, udp_port: int =
         simulation.port = _listening_port(simulation, "serial2socket", port, deadline)
         if wire == "socket":
             simulation.udp_port = _listening_port(simulation, "ethernet2socket", udp_port, deadline)
-        if not example:
+        if not (example or program):
             _wait_for_prompt(simulation, deadline)
     except BaseException:
         simulation.close()
@@ -206,7 +210,7 @@ def memory_contents(ram: str, soc: Path, firmware: bytes) -> dict[str, tuple[byt
     """Return the contents of the memories that hold programs, and their bytes per word, by the names of their files."""
     if ram == "integrated-ram":
         return {"sim_main_ram.init": (firmware, 16)}
-    if ram == "rectifying":
+    if ram in ("rectifying", "cameras"):
         erased = b"\xff"*json.loads((soc / "flash.json").read_text())["bytes"]
         return {"sim_main_ram.init": (firmware, 16), "sim_flash.init": (erased, 4)}
     # The image that LiteX's BIOS and the boards' boot program read from flash: length, CRC-32, firmware.

@@ -105,9 +105,11 @@ class FrameLinkMixin(DMAChecks):
         if stereo is not None:
             self.comb += link.matching.eq(stereo.busy)
         if streaming:
+            # With cameras the pairs of the link pass through them.
             self.comb += [
-                link.pairs.connect(stereo.pairs),
+                link.pairs.connect(getattr(stereo, "entry", stereo.pairs)),
                 stereo.map.connect(link.map),
             ]
+            stereo.streams = True
         self.add_module(name=f"{name}_network", module=network)
         self.add_module(name=name, module=link)

@@ -10,6 +10,7 @@ from litex.gen import *
 from litex.soc.integration.soc_core import SoCCore
 
 from ...gateware.memory.line_reader import LineReader
+from .add_cameras                   import CamerasMixin
 from .add_frame_link                import FrameLinkMixin
 from .add_stereo                    import StereoMixin
 from .csr_registers                 import CSRRegistersMixin
@@ -20,7 +21,7 @@ FAST_RAM_ORIGIN = 0x2000_0000
 
 # Stereo SoC ---------------------------------------------------------------------------------------
 
-class StereoSoC(StereoMixin, FrameLinkMixin, CSRRegistersMixin, SoCCore):
+class StereoSoC(StereoMixin, CamerasMixin, FrameLinkMixin, CSRRegistersMixin, SoCCore):
     """The SoC of every target: VexRiscv, main memory, matcher and link.
 
     A target overrides `add_clocking`, `add_main_memory` and `add_link`.

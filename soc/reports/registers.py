@@ -20,8 +20,10 @@ from litex.soc.interconnect.csr              import CSRField, CSRStatus, CSRStor
 from litex.soc.interconnect.csr_eventmanager import EventManager
 from litex.soc.integration.doc               import ModuleDoc
 
+from ...gateware.cameras.parameters            import CameraParameters
 from ...gateware.common.features               import FEATURES, PERIPHERAL_FEATURES
 from ...gateware.common.parameters             import MatcherParameters
+from ...gateware.peripherals.cameras           import CameraPeripheral
 from ...gateware.peripherals.frame_link        import FrameLink
 from ...gateware.peripherals.stereo_peripheral import StereoPeripheral
 from ..build.pages                             import Page
@@ -53,12 +55,20 @@ def default_frame_link() -> FrameLink:
     """Return the frame link with its default parameters, on the same ports."""
     return FrameLink(*wishbone_ports(), UDP_PORT)
 
+def default_cameras() -> CameraPeripheral:
+    """Return the cameras with their default parameters."""
+    return CameraPeripheral(CameraParameters())
+
 def wishbone_ports() -> list[wishbone.Interface]:
     """Return two ports: the first reads, the second writes."""
     return [wishbone.Interface(data_width=128, address_width=32, addressing="word") for _ in range(2)]
 
 #: The peripheral of each document.
-PERIPHERALS = {DOCUMENT: default_peripheral, DOCS / "frame_link_registers.md": default_frame_link}
+PERIPHERALS = {
+    DOCUMENT:                         default_peripheral,
+    DOCS / "frame_link_registers.md": default_frame_link,
+    DOCS / "camera_registers.md":     default_cameras,
+}
 
 def map_key(peripheral: Callable) -> str:
     """Return the content key of a peripheral's register map."""

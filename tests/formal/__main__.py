@@ -20,6 +20,7 @@ from .message_buffer import message_buffer
 from .message_framer import message_framer
 from .message_sorter import message_sorter
 from .pair_gate import pair_gate
+from .pair_join import pair_join
 from .pair_reader import pair_reader
 from .passing import arbiter, register
 from .peripheral import peripheral
@@ -82,6 +83,7 @@ TASKS = [
     Task("SendQueue", send_queue, 6, 1, 24),
     Task("MapParts", map_parts, 8, 2, 20),
     Task("FrameGuard", frame_guard, 6, 1, 20),
+    Task("PairJoin", pair_join, 12, cover=10),
     Task("RowWindow", row_window, 8, 4, 24),
     Task("RowWindow, enough rows", lambda: row_window(missing=0), 8, 4, 24),
     Task("RowWindow, two too few", lambda: row_window(missing=2), 8, 4, 24),

@@ -20,6 +20,7 @@ from formal.message_buffer import message_buffer
 from formal.message_framer import message_framer
 from formal.message_sorter import message_sorter
 from formal.pair_gate import pair_gate
+from formal.pair_join import pair_join
 from formal.pair_reader import pair_reader
 from formal.passing import arbiter, register
 from formal.peripheral import peripheral
@@ -170,6 +171,27 @@ FAULTS = {
     "a pixel taken back": (
         frame_guard, "frame_guard", "FrameGuard", 'fsm.act("PAD",\n            source.valid.eq(1),',
         'fsm.act("PAD",\n            source.valid.eq(self.accept),', "what is offered stays"),
+    "a pair of one frame": (
+        pair_join, "pair_join", "PairJoin", "left.held & right.held", "left.held",
+        "right: the frame of a pair has begun since the newest start"),
+    "a pair of an older start": (
+        pair_join, "pair_join", "PairJoin", "hindered.eq(starts | left.absent", "hindered.eq(left.absent",
+        "before another one is found"),
+    "a size taken over in mid frame": (
+        pair_join, "pair_join", "PairJoin", "quiet.eq(left.empty & right.empty &", "quiet.eq(left.empty &",
+        "right: the size of a frame holds while it is inside"),
+    "a pair that ends before a guard": (
+        pair_join, "pair_join", "PairJoin", "If(left.complete & right.complete,", "If(left.complete,",
+        "a pair has ended when both guards have ended their frames"),
+    "a second pair of one opening": (
+        pair_join, "pair_join", "PairJoin", "self.open & armed & self.sized", "self.open & self.sized",
+        "a pair begins when what follows takes one"),
+    "a pixel without its partner": (
+        pair_join, "pair_join", "PairJoin", "left.ready.eq(right.valid & source.ready)", "left.ready.eq(source.ready)",
+        "left: pixels leave in their places"),
+    "damages of the other side": (
+        pair_join, "pair_join", "PairJoin", "Cat(*self.damages)", "Cat(*self.damages[::-1])",
+        "then it has the damages of both"),
     "a row read too early": (
         row_window, "row_window", "RowWindow", "(counts.written >= position.needed)",
         "(counts.written + 1 >= position.needed)", "it waits for its rows"),
@@ -277,7 +299,7 @@ def test_a_credit_too_many_is_found(credit: str) -> None:
 
 
 #: Proofs that take minutes.
-SLOW = {"Crossing, resets", "MessageBuffer", "MessageSorter", "PairGate", "RowWindow, enough rows",
+SLOW = {"Crossing, resets", "MessageBuffer", "MessageSorter", "PairGate", "PairJoin", "RowWindow, enough rows",
         "RowWindow, two too few", "SlotTable"}
 
 

@@ -13,6 +13,9 @@ from litex.soc.interconnect import stream
 
 from litestereo.gateware.cameras.dvp_receiver import DVPReceiver
 from litestereo.gateware.cameras.frame_guard import FrameGuard
+from litestereo.gateware.cameras.frame_queue import FrameQueue
+from litestereo.gateware.cameras.frame_statistics import FrameStatistics
+from litestereo.gateware.cameras.pair_join import PairJoin
 from litestereo.gateware.cameras.pair_matcher import PairMatcher
 from litestereo.gateware.cameras.parameters import CameraParameters
 from litestereo.gateware.cameras.sensor_capture import SensorCapture
@@ -81,10 +84,11 @@ def test_latency_and_reset_of_rectification(core):
 
 
 @pytest.mark.parametrize("core", [DVPReceiver, FrameGuard, SensorCrossing, SensorCapture, TriggerGenerator,
-                                  PairMatcher])
+                                  PairMatcher, FrameQueue, PairJoin, FrameStatistics])
 def test_latency_and_reset_of_cameras(core):
     """A core of the cameras declares its latency, or None, and has a reset if it is in one clock domain."""
-    built = core(CameraParameters()) if core in (FrameGuard, SensorCapture) else core()
+    plain = core in (DVPReceiver, SensorCrossing, TriggerGenerator, PairMatcher)
+    built = core() if plain else core(CameraParameters())
     assert built.latency is None or built.latency > 0
     assert core in (SensorCrossing, SensorCapture) or len(built.reset) == 1
 

@@ -24,7 +24,7 @@ enum litestereo_feature {
     LITESTEREO_FEATURE_STREAMING     = 1u <<  8,  /**< Streamed frames. */
     LITESTEREO_FEATURE_UPDATE        = 1u <<  9,  /**< A flash whose firmware can be replaced. */
     LITESTEREO_FEATURE_RECTIFICATION = 1u << 10,  /**< Rectification of the pair. */
-    LITESTEREO_FEATURE_CAMERAS       = 1u << 11,  /**< Reserved: cameras on the device. */
+    LITESTEREO_FEATURE_CAMERAS       = 1u << 11,  /**< Cameras on the device. */
     LITESTEREO_FEATURE_SEMI_GLOBAL   = 1u << 12,  /**< Reserved: semi-global matching. */
     LITESTEREO_FEATURE_CENSUS        = 1u << 13,  /**< Reserved: the census transform. */
     LITESTEREO_FEATURE_CONFIDENCE    = 1u << 14,  /**< Reserved: a confidence for each disparity. */

@@ -129,8 +129,12 @@ CAMERAS = {
     "dvp_receiver.py":      ("gateware/cameras/test_dvp_receiver.py",),
     "event_totals.py":      ("gateware/cameras/test_sensor_capture.py", "-k", "frames"),
     "frame_guard.py":       ("gateware/cameras/test_frame_guard.py", f"{PROOF}[FrameGuard]"),
+    "frame_queue.py":       ("gateware/cameras/test_pair_join.py",),
+    "frame_statistics.py":  ("gateware/cameras/test_frame_statistics.py",),
     "noise.py":             ("gateware/cameras/test_pattern.py",),
+    "pair_join.py":         ("gateware/cameras/test_pair_join.py",),
     "pair_matcher.py":      ("gateware/cameras/test_triggers.py",),
+    "pattern_source.py":    ("gateware/peripherals/test_cameras.py", "-k", "test_pattern or test_sensors"),
     "sensor_capture.py":    ("gateware/cameras/test_sensor_capture.py",),
     "sensor_crossing.py":   ("gateware/cameras/test_sensor_crossing.py", "gateware/cameras/test_sensor_capture.py"),
     "test_pattern.py":      ("gateware/cameras/test_pattern.py",),
@@ -138,6 +142,8 @@ CAMERAS = {
 }
 
 PERIPHERALS = {
+    "cameras.py":           ("gateware/peripherals/test_cameras.py",),
+    "cameras_csr.py":       (REGISTERS, "gateware/peripherals/test_cameras.py"),
     # The network's has no streamed frames.
     "frame_link.py":        (LINK, STREAMING, NETWORK),
     # The others have no registers.

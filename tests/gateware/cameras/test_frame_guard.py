@@ -302,10 +302,13 @@ def test_reset_in_mid_frame(bench, clocks):
     ({"max_height": 4096}, "max_height"),
     ({"silence_bits": 0},  "silence_bits"),
     ({"silence_bits": 33}, "silence_bits"),
+    ({"skew_pixels": 8},       "skew_pixels"),
+    ({"skew_pixels": 2**17},   "skew_pixels"),
+    ({"skew_pixels": 1000},    "skew_pixels"),
 ])
 def test_bad_parameters(parameters, message):
     """Bad parameters are refused by name, and those at the limits are not."""
     with pytest.raises(ValueError, match=message):
         CameraParameters(**parameters)
-    CameraParameters(2, 2, 1)
-    CameraParameters(4096, 4095, 32)
+    CameraParameters(2, 2, 1, 16)
+    CameraParameters(4096, 4095, 32, 2**16)

@@ -16,9 +16,13 @@ from litex.gen import LiteXModule
 from litex.soc.interconnect import csr_bus
 from migen import Signal
 
+from litestereo.gateware.cameras.frame_guard import DAMAGES
+from litestereo.gateware.cameras.layouts import SIDES, pair_layout
+from litestereo.gateware.cameras.parameters import CameraParameters
 from litestereo.gateware.common.parameters import MatcherParameters
 from litestereo.gateware.link.message import job_layout
 from litestereo.gateware.matcher.frame_settings import OPTIONS, REGISTERS, frame_settings
+from litestereo.gateware.peripherals.cameras_csr import CameraCSR
 from litestereo.gateware.peripherals.frame_link_csr import FrameLinkCSR
 from litestereo.gateware.peripherals.stereo_csr import PeripheralCSR
 from litestereo.sim.cores.pin_core import PinCore
@@ -47,6 +51,11 @@ class Map:
 def signals(**bits: int) -> SimpleNamespace:
     """Return Signals of these widths, instead of a core that has them."""
     return SimpleNamespace(**{name: Signal(width, name=name) for name, width in bits.items()})
+
+
+def prefixed(prefix: str, **bits: int) -> SimpleNamespace:
+    """Return Signals of these widths, whose names in Verilog have a prefix: other cores have Signals of these names."""
+    return SimpleNamespace(**{name: Signal(width, name=f"{prefix}_{name}") for name, width in bits.items()})
 
 
 def one_each(*names: str, prefix: str = "") -> dict[str, Fields]:
@@ -142,6 +151,89 @@ STEREO = Map(
     others=frozenset({"features", "ev_status", "ev_pending", "ev_enable"}))
 
 
+class CameraRegisters(CameraCSR, LiteXModule):
+    """Registers of two cameras."""
+
+    def __init__(self) -> None:
+        self.parameters = CameraParameters(max_width=640, max_height=480, silence_bits=20, skew_pixels=1024)
+        for name, bits in {"select": 1, "latch": 1, "latched": 64, "width": 10, "height": 9, "silence": 20,
+                           "clock_limit": 20, "disparity": 8, "row_blanking": 16, "frame_blanking": 16,
+                           "scl_i": 1, "scl_low": 1}.items():
+            setattr(self, name, Signal(bits, name=name))
+        self.sleep, self.restart, self.sda_i, self.sda_low = (
+            [Signal(name=f"{side}_{name}") for side in SIDES] for name in ("sleep", "restart", "sda_i", "sda_low"))
+        self.triggers  = prefixed("triggers", enable=1, period=32, width=32)
+        self.pairs     = prefixed("pairs", free_running=1, window=31, flag_limit=31, drop_limit=31)
+        self.join      = prefixed("join", busy=1, flags=12, apart=1)
+        self.join.info = prefixed("info", **dict(pair_layout()))
+        counts         = ("finished", "refused", "given_up", "apart", "left_alone", "right_alone")
+        self.counted   = prefixed("counted", **dict.fromkeys(counts, 16))
+        self.totals    = vars(self.counted)
+        self.cameras   = [self.camera(side) for side in SIDES]
+        self.left, self.right = self.cameras
+        self.add_csr()
+
+    @staticmethod
+    def camera(side: str) -> SimpleNamespace:
+        """Return the Signals of a camera."""
+        camera            = prefixed(side, enable=1)
+        camera.format     = prefixed(f"{side}_format", two_bytes=1, grey_second=1, href_low=1, vsync_low=1)
+        camera.pattern    = prefixed(side, pattern=1)
+        camera.statistics = prefixed(f"{side}_statistics", column_begin=10, column_end=10, row_begin=9, row_end=9,
+                                     bin_index=4, frames=16, sum=27, dark=19, bright=19, bin=19)
+        camera.counted    = prefixed(f"{side}_counted", **dict.fromkeys((*DAMAGES, "frames", "dropped"), 16))
+        camera.capture    = SimpleNamespace(watch=prefixed(side, runs=1), guard=prefixed(side, busy=1),
+                                            crossing=prefixed(side, lost=16), totals=vars(camera.counted))
+        return camera
+
+
+def of_cameras(registers: dict[str, Fields]) -> dict[str, Fields]:
+    """Return registers that each camera has."""
+    return {f"{side}_{register}": {f"{side}.{name}": bit for name, bit in fields.items()}
+            for side in SIDES for register, fields in registers.items()}
+
+
+CAMERAS = Map(
+    drives={
+        "control": {"left.enable": 0, "right.enable": 1, "left.pattern.pattern": 2, "right.pattern.pattern": 3,
+                    "select": 4, "triggers.enable": 5, "pairs.free_running": 6},
+        "size":    {"width": 0, "height": 16},
+        "pattern": {"disparity": 0, "row_blanking": 16},
+        "pattern_blanking": {"frame_blanking": 0},
+        "pair_window":      {"pairs.window": 0},
+        "trigger_period":   {"triggers.period": 0},
+        "trigger_width":    {"triggers.width": 0},
+        "flag_limit":       {"pairs.flag_limit": 0},
+        "drop_limit":       {"pairs.drop_limit": 0},
+        **one_each("silence", "clock_limit"),
+        **of_cameras({"format": {f"format.{name}": bit for bit, name in enumerate(
+            ("two_bytes", "grey_second", "href_low", "vsync_low"))}}),
+    },
+    pulses={"latch": {"latch": 0}},
+    shows={
+        "status":  {"left.capture.watch.runs": 0, "right.capture.watch.runs": 1, "left.capture.guard.busy": 2,
+                    "right.capture.guard.busy": 3, "join.busy": 4},
+        "number":  {"join.info.number": 0},
+        "skew":    {"join.info.skew": 0},
+        "pair_counts":  {"counted.finished": 0, "counted.refused": 16},
+        "pair_losses":  {"counted.given_up": 0, "counted.apart": 16},
+        "alone_counts": {"counted.left_alone": 0, "counted.right_alone": 16},
+        **of_cameras({
+            "rows":     {"counted.short_row": 0, "counted.long_row": 16},
+            "gaps":     {"counted.missing_row": 0, "counted.extra_row": 16},
+            "breaks":   {"counted.stuck": 0, "counted.overrun": 16},
+            "frames":   {"counted.frames": 0, "counted.dropped": 16},
+            "lost":     {"capture.crossing.lost": 0},
+            "measured": {"statistics.frames": 0},
+            **{name: {f"statistics.{name}": 0} for name in ("sum", "dark", "bright", "bin")},
+        }),
+    },
+    constants={"version": 0x0001, "max_size": 640 | 480 << 16, "skew_pixels": 1024},
+    # Parts of a Signal, of several Signals, of several words, or not 0 after a reset: in test_cameras.py.
+    others=frozenset({"flags", "window_columns", "window_rows", "bin_index", "pins", "i2c", "i2c_in", "exposed",
+                      "left_stamp", "right_stamp", "now"}))
+
+
 class Bench:
     """Registers on a bus, and the Signals at their other side."""
 
@@ -206,7 +298,8 @@ class Bench:
         return self.pins.get("bus_dat_r")
 
 
-BLOCKS = {"frame link": (LinkRegisters, LINK), "matcher": (StereoRegisters, STEREO)}
+BLOCKS = {"frame link": (LinkRegisters, LINK), "matcher": (StereoRegisters, STEREO),
+          "cameras": (CameraRegisters, CAMERAS)}
 
 
 @pytest.fixture(scope="module", params=BLOCKS)

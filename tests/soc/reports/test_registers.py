@@ -20,11 +20,12 @@ def test_documents_are_up_to_date():
 
 @pytest.mark.parametrize("document", PERIPHERALS, ids=lambda document: document.stem)
 def test_offsets_are_those_of_litex(document):
-    """LiteX's bank has the same registers, one word each, in the same order."""
+    """LiteX's bank has the same registers in the same order; of several words the first one is documented."""
     words      = CSRBank(PERIPHERALS[document]().get_csrs(sort=True), bus=Interface(data_width=32)).simple_csrs
     documented = re.findall(r"^\| `(0x\w+)` \| \W*`(\w+)`", document.read_text(), re.MULTILINE)
+    names      = [re.sub(r"\d$", "", word.name) for word in words]
     assert [(int(offset, 16), name) for offset, name in documented] == [
-        (4*index, word.name.removesuffix("0")) for index, word in enumerate(words)]
+        (4*index, name) for index, name in enumerate(names) if name not in names[:index]]
 
 
 @pytest.mark.parametrize(("old", "new"), [
