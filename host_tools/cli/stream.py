@@ -19,6 +19,7 @@ import numpy as np
 import rich.progress
 
 from ..cameras.rectify import FILES, Rectifier, read_calibration
+from ..core.disparity_map import DisparityMap
 from ..core.errors import ImageError
 from ..core.images import FORMATS, summed_notices, write_map
 from ..core.outputs import DEPTH_NPY, MAP_KINDS, Kind, Outputs
@@ -31,6 +32,7 @@ from ..live.matching import MatchedShot, Matching, match_source
 from ..live.meter import RECENT_FRAMES, Meter
 from ..live.rectifying import choose_rectifying, rectification_text
 from .arguments import Parser, add_calibration, add_device, add_force, add_json, count
+from .filters import add_filters, calibrated_filters, decimation_text, filter_values
 from .matching import (
     add_settings,
     chosen_settings,
@@ -54,6 +56,7 @@ examples:
   litestereo stream left/ right/ --device udp://192.168.1.50 -o maps
   litestereo stream both.avi --device model: --frames 100 --json
   litestereo stream camera:0 camera:1 --device udp://192.168.1.50 --calibration calibration/
+  litestereo stream left/ right/ --device model: -o maps --filter decimation --filter spatial --filter temporal
 
 sources:
 {SOURCES}
@@ -87,6 +90,7 @@ def checked_rectifier(options: argparse.Namespace) -> Rectifier | None:
     """Check what a command line asks for, before there is a device; return the rectifier of its calibration, if any."""
     chosen_settings(options, MatcherSettings())
     chosen_speckle_filter(options)
+    calibrated_filters(options)
     return None if options.calibration is None else read_calibration(options.calibration)
 
 
@@ -94,7 +98,7 @@ def chosen_matching(options: argparse.Namespace, settings: MatcherSettings, devi
                     rectifier: Rectifier | None) -> Matching:
     """Return what a command line asks for, with `settings`; the device rectifies if it can."""
     rectifying = None if rectifier is None else choose_rectifying(device, rectifier)
-    return Matching(settings, chosen_speckle_filter(options), rectifying)
+    return Matching(settings, chosen_speckle_filter(options), rectifying, calibrated_filters(options))
 
 
 def rectification(matching: Matching) -> dict[str, Any]:
@@ -134,6 +138,7 @@ def add_parser(commands: argparse._SubParsersAction[Parser]) -> None:
     add_json(parser)
     add_force(parser)
     add_settings(parser)
+    add_filters(parser)
     parser.set_defaults(run=run)
 
 
@@ -156,21 +161,23 @@ def run(options: argparse.Namespace) -> int:
         columns  = (rich.progress.TextColumn("{task.description}"), rich.progress.BarColumn(),
                     rich.progress.MofNCompleteColumn(), rich.progress.TimeElapsedColumn())
         meter    = Meter()
+        last     = None
         with terminal_bars(*columns) as bars:
             bar = bars.add_task("waiting for the first map", total=options.frames or source.length)
             # Without files and without a reader there is nothing more to do.
             for matched in match_source(device, source, matching, options.frames,
                                         lambda: stop() or options.output is None and stdout_failed()):
                 meter.count(matched.latency_s)
+                last = matched.map
                 path = None if options.output is None else _write(options, outputs, planned, matched)
                 bars.update(bar, advance=1, description=f"{meter.recent_frames_per_s:.1f} frames/s, latency "
                                                         f"{1000*matched.latency_s:.0f} ms")
                 if options.json:
                     print(json.dumps(_frame_line(meter, matched, path)), flush=True)
         summary = {"device": device.info().name, **meter.summary(), **stages_off(choice), **rectification(matching),
-                   **unmatched(source)}
+                   **unmatched(source), **filter_values(matching.filters, last)}
     print_picture_notices(source)
-    print(json.dumps({"summary": summary}) if options.json else stream_text(summary))
+    print(json.dumps({"summary": summary}) if options.json else stream_text(summary, last))
     return print_shortfalls(source)
 
 
@@ -198,7 +205,7 @@ def _write(options: argparse.Namespace, outputs: Outputs, planned: set[Path], ma
     for path, kind in results:
         if path not in planned: # Of a camera.
             outputs.check(path, kind)
-    write_map(results[0][0], matched.result.disparity, matched.result.settings)
+    write_map(results[0][0], matched.map.disparity, matched.map.settings)
     if matched.depth_m is not None:
         write_depth(results[1][0], matched.depth_m)
     return results[0][0]
@@ -219,8 +226,8 @@ def _frame_line(meter: Meter, matched: MatchedShot, path: Path | None) -> dict[s
     }
 
 
-def stream_text(summary: dict[str, Any]) -> str:
-    """Return the summary of a stream as text."""
+def stream_text(summary: dict[str, Any], last: DisparityMap | None) -> str:
+    """Return the summary of a stream as text; `last` is its last map."""
     lines = [f"device   {summary['device']}", f"frames   {summary['frames']} in {summary['seconds']:.2f} s"]
     if summary["frames"]:
         lines += [f"rate     {summary['frames_per_s']:.2f} frames/s over all frames",
@@ -228,4 +235,6 @@ def stream_text(summary: dict[str, Any]) -> str:
                                           for part in (50, 95, 99)) + " of all frames"]
     if summary["rectification"] is not None:
         lines.append(f"rectified {rectification_text(summary['rectification'])}")
+    if last is not None and (decimated := decimation_text(last)):
+        lines.append(f"decimated {decimated}")
     return "\n".join(lines)

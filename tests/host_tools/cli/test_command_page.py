@@ -120,7 +120,7 @@ class FakeDevice:
 def test_every_option_is_on_the_page(command):
     """In the section of the command, or among those of several commands; and the section names no others."""
     own    = names(sections()[command])
-    shared = names(sections()["Options of several commands"]) | names(sections()["Matching"])
+    shared = set().union(*(names(sections()[part]) for part in ("Options of several commands", "Matching", "Filters")))
     known  = {option for action in parsers()[command]._actions for option in action.option_strings} - {"--help", "-h"}
     assert {option for option in known if option not in own | shared} == set()
     assert {name for name in own if name.startswith("--")} - known == set()
@@ -136,7 +136,7 @@ def test_every_key_of_json_is_on_the_page(command, folder, monkeypatch, capfd):
     out   = capfd.readouterr().out
     lines = out.splitlines() if command == "stream" else [out]
     found = set().union(*(keys(json.loads(line)) for line in lines))
-    named = names(sections()[command]) | names(sections()["Matching"])
+    named = set().union(*(names(sections()[part]) for part in (command, "Matching", "Filters")))
     if command == "match":
         named |= names(sections()["eval"])
     assert {name for name in found if name not in named} == set()
