@@ -73,8 +73,8 @@ page.
     litestereo stream left/ right/ --device model: -o maps --filter decimation --filter spatial:filter_magnitude=3
     litestereo match left.png right.png -o out --device model: --filter speckle --filter hole_filling:holes_fill=2
 
-`match`, `stream`, `view` and `eval` have `--filter`. It may be repeated: each filter gets the map of the one before. In
-Python:
+`match`, `stream`, `view`, `measure` and `eval` have `--filter`. It may be repeated: each filter gets the map of the one
+before. In Python:
 
     from litestereo.host_tools import DisparityMap, FilterChain
 

@@ -131,13 +131,15 @@ def decimated(map_: DisparityMap, factor: int, sixteenths: NDArray[np.floating],
     range_    = -(-(most - least + 1)//DISPARITY_STEP)*DISPARITY_STEP
     smaller   = DisparityMap(map_.disparity[:valid.shape[0], :valid.shape[1]],
                              dataclasses.replace(settings, min_disparity=least, disparities=range_),
-                             None if geometry is None else _decimated_geometry(geometry, factor, valid.shape),
+                             None if geometry is None else decimated_geometry(geometry, factor, valid.shape),
                              map_.factor*factor)
     return smaller.with_values(sixteenths/factor, valid)
 
 
-def _decimated_geometry(geometry: StereoGeometry, factor: int, shape: tuple[int, ...]) -> StereoGeometry:
-    """Return the cameras of images whose pixels are `factor` times as wide and as high, H x W."""
+def decimated_geometry(geometry: StereoGeometry, factor: int, shape: tuple[int, ...]) -> StereoGeometry:
+    """Return the cameras of a map, H x W, whose pixels are `factor` times as wide and as high."""
+    if factor == 1:
+        return geometry
     return dataclasses.replace(
         geometry,
         width       = shape[1],

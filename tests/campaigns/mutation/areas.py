@@ -281,6 +281,7 @@ HOST = {
     "data/sources/opening.py": _SOURCES,
     "data/sources/pairing.py": ("host_tools/data/test_pairing.py",),
     "data/sources/video.py":   _SOURCES,
+    "evaluation/flat_target.py": ("host_tools/evaluation/test_flat_target.py",),
     "evaluation/matchers.py":  ("host_tools/evaluation/test_matchers.py", *_EVAL),
     "evaluation/metrics.py":   ("host_tools/evaluation/test_metrics.py",),
     "evaluation/parallel.py":  _EVAL,

@@ -38,6 +38,7 @@ JSON_COMMANDS = {
                   "--ground-truth", "truth.png"],
     "stream":    ["left.avi", "right.avi", "-o", "maps", *SMALL, "--calibration", "calibration"],
     "view":      ["left.avi", "right.avi", "--montage", "out.png", *SMALL],
+    "measure":   ["left.avi", "right.avi", "--calibration", "calibration", "--true-distance", "2.5", *SMALL],
     "calibrate": ["boards/left", "boards/right", "--pattern", "chessboard", "9x6", "--square", "0.025",
                   "-o", "cameras"],
     "calibration": ["show", "calibration"],
