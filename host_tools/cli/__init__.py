@@ -62,6 +62,7 @@ def _parser() -> Parser:
         info,
         match,
         measure,
+        play,
         rectify,
         stats,
         stream,
@@ -74,8 +75,8 @@ def _parser() -> Parser:
     version = importlib.metadata.version("litestereo")
     parser.add_argument("--version", action="version", version=f"litestereo {version}")
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
-    for command in (match, stream, view, measure, calibrate, calibration, rectify, evaluate, export, bench, info, stats,
-                    console, update):
+    for command in (match, stream, play, view, measure, calibrate, calibration, rectify, evaluate, export, bench, info,
+                    stats, console, update):
         command.add_parser(commands)
     completion.add_parser(commands, lambda: parser)
     return parser
