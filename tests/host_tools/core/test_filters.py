@@ -243,10 +243,11 @@ class PixelByHand:
             filled = self.last if self.last is not None and self.persists() else None
             self.agreed.append(False)
             return filled
+        value = np.float32(value) # Of a Python number, numpy 1 makes float64.
         if self.last is None or abs(value - self.last) >= delta:
             self.last, self.agreed = value, []
         else:
-            self.last = alpha*value + (1 - alpha)*self.last
+            self.last = alpha*value + (np.float32(1) - alpha)*self.last
         self.agreed.append(True)
         return self.last
 
