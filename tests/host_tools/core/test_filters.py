@@ -26,7 +26,9 @@ from litestereo.host_tools.core.spatial import FILLED_PX, SpatialFilter
 from litestereo.host_tools.core.speckle import SpeckleMapFilter
 from litestereo.host_tools.core.temporal import HISTORY_FRAMES, TemporalFilter
 from litestereo.host_tools.core.threshold import ThresholdFilter
+from support.limits import BLOCK
 from support.pairs import generator
+from support.settings import SettingDraws
 
 #: Kinds of drawn maps.
 KINDS = ("noise", "surfaces", "few", "full", "none")
@@ -34,7 +36,7 @@ KINDS = ("noise", "surfaces", "few", "full", "none")
 
 def drawn(rng, kind="noise", height=13, width=17, settings=None):
     """Draw a map: noise, or surfaces with noise of some sixteenths; with many holes, few pixels, none or only holes."""
-    settings = settings or MatcherSettings(64, 9, min_disparity=int(rng.choice([0, 1, 30])))
+    settings = settings or SettingDraws(rng).settings()
     least    = 16*settings.min_disparity
     most     = 16*(settings.min_disparity + settings.disparities - 1)
     values   = rng.integers(least, most + 1, (height, width))
@@ -63,9 +65,13 @@ def rounded(values):
 
 
 def maps(salt, count=3, **more):
-    """Return drawn maps of all kinds."""
-    rng = generator(1200, salt)
-    return [drawn(rng, kind, **more) for kind in KINDS for _ in range(count)]
+    """Return drawn maps of all kinds, three of each with all limits of the settings."""
+    rng   = generator(1200, salt)
+    draws = SettingDraws(rng)
+    found = [drawn(rng, kind, settings=draws.settings(), **more) for kind in KINDS for _ in range(count)]
+    if len(found) >= BLOCK:
+        draws.check()
+    return found
 
 
 # Decimation ---------------------------------------------------------------------------------------
@@ -202,7 +208,7 @@ def smooth_by_hand(map_, filter_):
     SpatialFilter(3, 0.75, 33), *(SpatialFilter(1, 0.5, 20, fill) for fill in range(6)),
 ], ids=lambda filter_: "-".join(f"{value:g}" for value in filter_.values.values()))
 def test_spatial(filter_):
-    for map_ in maps(20, 2):
+    for map_ in maps(20):
         assert grid(filter_.process(map_)) == rounded(smooth_by_hand(map_, filter_))
 
 
@@ -243,7 +249,7 @@ class PixelByHand:
             filled = self.last if self.last is not None and self.persists() else None
             self.agreed.append(False)
             return filled
-        value = np.float32(value) # Of a Python number, numpy 1 makes float64.
+        value = np.float32(value)  # Of a Python number, numpy 1 makes float64.
         if self.last is None or abs(value - self.last) >= delta:
             self.last, self.agreed = value, []
         else:
