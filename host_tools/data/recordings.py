@@ -37,6 +37,7 @@ from ..core.disparity_map import DisparityMap, decimated_geometry
 from ..core.errors import GeometryError, ImageError, SettingsError
 from ..core.extras import ros_types
 from ..core.geometry import StereoGeometry
+from ..core.images import decode_image
 from ..core.mcap import McapMessage, McapReader
 from ..core.settings import DISPARITY_SCALE, MatcherSettings
 
@@ -169,7 +170,7 @@ class RecordingReader:
         if message.kind == "sensor_msgs/msg/Image":
             return found.data.reshape(found.height, found.width)
         if message.kind == "sensor_msgs/msg/CompressedImage":
-            image = cv2.imdecode(found.data, cv2.IMREAD_GRAYSCALE)
+            image = decode_image(found.data.tobytes(), cv2.IMREAD_GRAYSCALE)
             if image is None:
                 raise ValueError("no PNG")
             return image
@@ -188,9 +189,9 @@ class RecordingReader:
             except GeometryError as error:
                 raise ImageError(f"{self.path}: is damaged: {error}") from None
         left, right = (parts[name] for name in IMAGES.values())
-        return RecordedFrame(number, stamp_ns, left, right, self._map(parts[DISPARITY]))
+        return RecordedFrame(number, stamp_ns, left, right, self._map(number, parts[DISPARITY]))
 
-    def _map(self, message: Any) -> DisparityMap:
+    def _map(self, number: int, message: Any) -> DisparityMap:
         """Return the map of a stereo_msgs/DisparityImage: the numbers that were recorded."""
         assert self.recorded is not None, "it is read before the first frame"
         settings = self.recorded.settings
@@ -203,9 +204,12 @@ class RecordingReader:
             zero_px  = geometry.zero_px
         # Relative to the disparity of infinity, in float32: far closer to its sixteenth than to the next one.
         sixteenths = (values.astype(np.float64) + zero_px)*DISPARITY_SCALE
-        blank      = DisparityMap(np.zeros(values.shape, np.int16), settings, geometry, self.recorded.factor)
         # A pixel without a disparity is a whole pixel below the smallest one.
-        return blank.with_values(sixteenths, values > message.min_disparity - 0.5)
+        valid      = values > message.min_disparity - 0.5
+        if not (np.abs(sixteenths[valid]) <= np.iinfo(np.int16).max).all():
+            raise ImageError(f"{self.path}: is damaged: frame {number} has disparities that no map holds")
+        blank      = DisparityMap(np.zeros(values.shape, np.int16), settings, geometry, self.recorded.factor)
+        return blank.with_values(sixteenths, valid)
 
 
 def _camera(side: str, message: Any) -> CameraInfo:

@@ -346,3 +346,37 @@ def test_damaged_messages(tmp_path, monkeypatch):
             assert str(tmp_path/"b.mcap") in str(error)
             refused += 1
     assert refused > 10
+
+
+@pytest.mark.parametrize("value", [np.inf, 2048.0, 1e30, np.nan])
+def test_a_disparity_that_no_map_holds(value, tmp_path, monkeypatch, recwarn, capfd):
+    """It is refused, and NumPy casts nothing that it warns of; a number that is none is no disparity."""
+    monkeypatch.setattr(ours.zlib, "crc32", lambda data: 0)
+    (map_,) = recorded(tmp_path/"a.mcap", 1)
+    row     = np.where(map_.valid[0], map_.disparity[0]/16, -1).astype("<f4")
+    data    = (tmp_path/"a.mcap").read_bytes()
+    assert data.count(row.tobytes()) == 1
+    place        = int(np.flatnonzero(map_.valid[0])[0])
+    other        = row.copy()
+    other[place] = value
+    (tmp_path/"a.mcap").write_bytes(data.replace(row.tobytes(), other.tobytes()))
+    capfd.readouterr()
+    status = run("play", tmp_path/"a.mcap", "-o", tmp_path/"played", "--format", "npy")
+    if np.isnan(value):
+        assert status == 0 and maps_of(tmp_path/"played")[0][0, place] == map_.settings.invalid
+    else:
+        assert status == 1 and "frame 0 has disparities that no map holds" in error_line(capfd)
+    assert not recwarn.list
+
+
+def test_opencv_does_not_print_of_damaged_pngs(tmp_path, monkeypatch, capfd):
+    """What libpng has to say of them is in the one line of the error."""
+    monkeypatch.setattr(ours.zlib, "crc32", lambda data: 0)
+    recorded(tmp_path/"a.mcap", 1, compressed=True)
+    data  = bytearray((tmp_path/"a.mcap").read_bytes())
+    place = data.index(b"IDAT") + 4
+    data[place:place + 40] = bytes(40)
+    (tmp_path/"a.mcap").write_bytes(bytes(data))
+    capfd.readouterr()
+    assert run("play", tmp_path/"a.mcap") == 1
+    assert "a message of /stereo/left/image_raw/compressed cannot be read" in error_line(capfd)
