@@ -50,6 +50,13 @@ IMAGES      = {"left": "left/image_raw", "right": "right/image_raw"}
 CAMERAS     = {"left": "left/camera_info", "right": "right/camera_info"}
 COMPRESSED  = "/compressed"
 
+#: Kinds of the messages on these topics.
+_IMAGE, _PNG = "sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage"
+_KINDS       = {DISPARITY: "stereo_msgs/msg/DisparityImage",
+                **dict.fromkeys(IMAGES.values(), _IMAGE),
+                **{name + COMPRESSED: _PNG for name in IMAGES.values()},
+                **dict.fromkeys(CAMERAS.values(), "sensor_msgs/msg/CameraInfo")}
+
 
 @dataclass(frozen=True)
 class RecordedMap:
@@ -83,12 +90,12 @@ class RecordedMap:
             raise ValueError("another version")
         try:
             matched, settings = (MatcherSettings(**json.loads(values[name])) for name in ("matched", "settings"))
-            factor            = int(values["factor"])
-        except (KeyError, TypeError, SettingsError) as error:
+            factor, namespace = int(values["factor"]), values["namespace"]
+        except (KeyError, TypeError, RecursionError, SettingsError) as error:  # RecursionError: of many brackets.
             raise ValueError(str(error)) from None
         if factor < 1:
             raise ValueError("a factor below 1")
-        return cls(matched, settings, factor, values["namespace"])
+        return cls(matched, settings, factor, namespace)
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,6 +107,14 @@ class RecordedFrame:
     left:     NDArray[np.uint8]
     right:    NDArray[np.uint8]
     map:      DisparityMap
+
+
+@dataclass(frozen=True, eq=False)
+class _Disparities:
+    """What is needed of a stereo_msgs/DisparityImage: its values, float32, H x W, and the smallest disparity."""
+
+    values: NDArray[np.float32]
+    least:  float
 
 
 class RecordingReader:
@@ -144,10 +159,12 @@ class RecordingReader:
             if not message.topic.startswith(prefix):
                 continue
             name = message.topic.removeprefix(prefix)
+            if name not in _KINDS:
+                continue
             try:
+                if message.kind != _KINDS[name]:
+                    raise ValueError("another kind of message")
                 parts[name.removesuffix(COMPRESSED)] = self._decoded(message)
-            except ImageError:
-                raise
             except Exception:  # rosbags documents no list of what it raises for damaged bytes.
                 raise ImageError(f"{self.path}: is damaged: a message of {message.topic} cannot be read") from None
             if name == DISPARITY:
@@ -165,15 +182,17 @@ class RecordingReader:
             raise ImageError(f"{self.path}: is no recording of `litestereo stream --record`") from None
 
     def _decoded(self, message: McapMessage) -> Any:
-        """Return a message: an image as uint8, H x W, and others as rosbags has them."""
+        """Return a message: an image as uint8, H x W, a map as `_Disparities`, and others as rosbags has them."""
         found = self._typestore.deserialize_cdr(message.data, message.kind)
-        if message.kind == "sensor_msgs/msg/Image":
-            return found.data.reshape(found.height, found.width)
-        if message.kind == "sensor_msgs/msg/CompressedImage":
+        if message.kind == _IMAGE:
+            return _pixels(found, "u1")
+        if message.kind == _PNG:
             image = decode_image(found.data.tobytes(), cv2.IMREAD_GRAYSCALE)
             if image is None:
                 raise ValueError("no PNG")
             return image
+        if message.kind == _KINDS[DISPARITY]:
+            return _Disparities(_pixels(found.image, "<f4"), float(found.min_disparity))
         return found
 
     def _frame(self, number: int, stamp_ns: int, parts: Mapping[str, Any]) -> RecordedFrame:
@@ -189,27 +208,41 @@ class RecordingReader:
             except GeometryError as error:
                 raise ImageError(f"{self.path}: is damaged: {error}") from None
         left, right = (parts[name] for name in IMAGES.values())
+        factor      = self._known.factor
+        if left.shape != right.shape or parts[DISPARITY].values.shape != tuple(size//factor for size in left.shape):
+            raise ImageError(f"{self.path}: is damaged: images and map of frame {number} do not fit each other")
         return RecordedFrame(number, stamp_ns, left, right, self._map(number, parts[DISPARITY]))
 
-    def _map(self, number: int, message: Any) -> DisparityMap:
-        """Return the map of a stereo_msgs/DisparityImage: the numbers that were recorded."""
+    @property
+    def _known(self) -> RecordedMap:
         assert self.recorded is not None, "it is read before the first frame"
-        settings = self.recorded.settings
-        image    = message.image
-        values   = np.frombuffer(image.data.tobytes(), "<f4").reshape(image.height, image.width)
+        return self.recorded
+
+    def _map(self, number: int, message: _Disparities) -> DisparityMap:
+        """Return the map of a message: the numbers that were recorded."""
+        settings, factor = self._known.settings, self._known.factor
+        values   = message.values
         geometry = None
         zero_px  = 0.0
         if self._geometry is not None:
-            geometry = decimated_geometry(self._geometry, self.recorded.factor, values.shape)
+            geometry = decimated_geometry(self._geometry, factor, values.shape)
             zero_px  = geometry.zero_px
         # Relative to the disparity of infinity, in float32: far closer to its sixteenth than to the next one.
         sixteenths = (values.astype(np.float64) + zero_px)*DISPARITY_SCALE
         # A pixel without a disparity is a whole pixel below the smallest one.
-        valid      = values > message.min_disparity - 0.5
+        valid      = values > message.least - 0.5
         if not (np.abs(sixteenths[valid]) <= np.iinfo(np.int16).max).all():
             raise ImageError(f"{self.path}: is damaged: frame {number} has disparities that no map holds")
-        blank      = DisparityMap(np.zeros(values.shape, np.int16), settings, geometry, self.recorded.factor)
+        blank      = DisparityMap(np.zeros(values.shape, np.int16), settings, geometry, factor)
         return blank.with_values(sixteenths, valid)
+
+
+def _pixels(image: Any, dtype: str) -> NDArray[Any]:
+    """Return the pixels of a sensor_msgs/Image, H x W; raise ValueError if there are none, or not as many."""
+    values = np.frombuffer(image.data.tobytes(), dtype).reshape(image.height, image.width)
+    if not values.size:
+        raise ValueError("no pixels")
+    return values
 
 
 def _camera(side: str, message: Any) -> CameraInfo:

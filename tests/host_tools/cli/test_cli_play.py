@@ -29,7 +29,7 @@ from litestereo.host_tools.core.errors import ImageError
 from litestereo.host_tools.core.filters import FilterChain
 from litestereo.host_tools.core.geometry import StereoGeometry
 from litestereo.host_tools.core.settings import MatcherSettings
-from litestereo.host_tools.data.recordings import RecordingReader
+from litestereo.host_tools.data.recordings import RecordedMap, RecordingReader
 from litestereo.host_tools.data.sources import Shot
 from litestereo.host_tools.export.recorder import recording
 from support import data_sets
@@ -114,6 +114,30 @@ def test_played_back_the_maps_are_the_same(folder, calibrated, filters, png, cap
     err = capfd.readouterr().err
     assert ("was recorded with a calibration" in err) == calibrated
     assert equal(maps_of(folder/"again"), maps)
+
+
+@pytest.mark.long
+def test_a_thousand_frames(tmp_path, monkeypatch, capfd):
+    """Of pairs that all differ: maps and images come back in their order, over many chunks."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(ours, "CHUNK_BYTES", 20_000)
+    rng   = generator(1705)
+    pairs = [textured_pair(36, 12, rng, 4 + number % 5) for number in range(1000)]
+    for number, pair in enumerate(pairs):
+        for side, image in zip(("left", "right"), pair, strict=True):
+            data_sets.write(tmp_path/side, {f"{number:04}.png": image})
+    assert run("stream", "left", "right", "-o", "maps", "--format", "npy", *MATCHING, "--record", "a.mcap") == 0
+    assert run("play", "a.mcap", "-o", "played", "--format", "npy", "--images") == 0
+    maps = maps_of(tmp_path/"maps")
+    assert len(maps) == 1000 and equal(maps_of(tmp_path/"played"), maps)
+    assert len({map_.tobytes() for map_ in maps}) > 900
+    for number, pair in enumerate(pairs):
+        for side, image in zip(("left", "right"), pair, strict=True):
+            assert np.array_equal(cv2.imread(f"played/{side}/{number:06}.png", cv2.IMREAD_UNCHANGED), image)
+    # Forwards and, by the index, at any place, for the library of MCAP's inventors.
+    with open("a.mcap", "rb") as stream:
+        summary = mcap.reader.make_reader(stream, validate_crcs=True).get_summary()
+    assert summary.statistics.chunk_count > 50 and summary.statistics.message_count == 3000
 
 
 def test_a_recording_in_other_commands(folder, capfd):
@@ -348,6 +372,23 @@ def test_damaged_messages(tmp_path, monkeypatch):
     assert refused > 10
 
 
+@pytest.mark.parametrize("name", ["version", "matched", "settings", "factor", "namespace"])
+@pytest.mark.parametrize("value", [None, "", "x", "[]", "{}", '{"disparities": null}', "["*100_000, "0", "-1"])
+def test_metadata_of_no_recording(name, value):
+    """Texts that are not there, or not those that a recorder writes, are a ValueError: the file is no recording."""
+    settings = MatcherSettings(16, 5)
+    values   = RecordedMap(settings, settings, 1, "/stereo").values()
+    assert RecordedMap.parse(values) == RecordedMap(settings, settings, 1, "/stereo")
+    if name == "namespace" and value is not None:
+        return  # Any text is one.
+    values = {key: text for key, text in values.items() if key != name} | ({name: value} if value is not None else {})
+    if value == "{}" and name in ("matched", "settings"):
+        assert RecordedMap.parse(values).matched.disparities  # The defaults.
+        return
+    with pytest.raises(ValueError):
+        RecordedMap.parse(values)
+
+
 @pytest.mark.parametrize("value", [np.inf, 2048.0, 1e30, np.nan])
 def test_a_disparity_that_no_map_holds(value, tmp_path, monkeypatch, recwarn, capfd):
     """It is refused, and NumPy casts nothing that it warns of; a number that is none is no disparity."""
@@ -367,6 +408,18 @@ def test_a_disparity_that_no_map_holds(value, tmp_path, monkeypatch, recwarn, ca
     else:
         assert status == 1 and "frame 0 has disparities that no map holds" in error_line(capfd)
     assert not recwarn.list
+
+
+@pytest.mark.parametrize(("right", "map_"), [((8, 10), (9, 12)), ((9, 12), (8, 12)), ((9, 12), (9, 6))])
+def test_images_and_map_of_other_sizes(right, map_, tmp_path, capfd):
+    """No device makes such a frame: it is refused with its number."""
+    settings = MatcherSettings(16, 5)
+    with recording(tmp_path/"a.mcap", settings, None, False) as recorder:
+        for sizes in (((9, 12), (9, 12)), (right, map_)):
+            recorder.add(Shot("", np.zeros((9, 12), np.uint8), np.zeros(sizes[0], np.uint8)),
+                         DisparityMap(np.zeros(sizes[1], np.int16), settings))
+    assert run("play", tmp_path/"a.mcap") == 1
+    assert "is damaged: images and map of frame 1 do not fit each other" in error_line(capfd)
 
 
 def test_opencv_does_not_print_of_damaged_pngs(tmp_path, monkeypatch, capfd):
