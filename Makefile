@@ -153,6 +153,9 @@ boards-doc: ## Write docs/boards.md from the bitstreams in build
 accuracy: install ## Match five Middlebury pairs with the presets of the boards, and write docs/accuracy.md
 	@$(PYTHON) -m litestereo.sim.accuracy
 
+filters: install ## Filter the maps of five Middlebury pairs, and write docs/filters.md
+	@$(PYTHON) -m litestereo.sim.filters
+
 resources: ## Synthesize and place the matcher, and write docs/resources.md
 	@.ci/install fpga
 	@$(PYTHON) -m litestereo.soc.reports.resources
@@ -207,5 +210,5 @@ reproduce: install ## Build the firmware twice, in two folders, and compare the 
 	@$(PYTHON) -m litestereo.soc.release.reproduce
 
 .PHONY: help install demo sim example bench wheel clean test test-long lint ends arm-check boards bitstream load flash \
-	boards-sim boards-check docs docs-check registers boards-doc accuracy resources network thesis sbom coverage lock sweep formal \
+	boards-sim boards-check docs docs-check registers boards-doc accuracy filters resources network thesis sbom coverage lock sweep formal \
 	fuzz fuzz-firmware fuzz-host soak mutation reproduce

@@ -17,6 +17,8 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from .cameras.rectify import Rectifier, read_calibration
+    from .core.decimation import DecimationFilter
+    from .core.disparity_map import DisparityMap
     from .core.errors import (
         DatasetError,
         DeviceError,
@@ -39,10 +41,15 @@ if TYPE_CHECKING:
         WorkerError,
     )
     from .core.features import Feature
+    from .core.filters import FilterChain
     from .core.geometry import StereoGeometry
+    from .core.hole_filling import HoleFillingFilter
     from .core.images import disparity_pixels, read_grey, write_disparity
     from .core.settings import MatcherSettings
-    from .core.speckle import SpeckleFilter
+    from .core.spatial import SpatialFilter
+    from .core.speckle import SpeckleFilter, SpeckleMapFilter
+    from .core.temporal import TemporalFilter
+    from .core.threshold import ThresholdFilter
     from .data.ground_truth import read_ground_truth
     from .data.sources import Shortfall, Shot, Source, open_source
     from .devices.base import Device, DeviceInfo, Result
@@ -51,24 +58,29 @@ if TYPE_CHECKING:
     from .evaluation.metrics import measure_map
     from .link.settings import LinkSettings
 
-__all__ = ["DatasetError", "Device", "DeviceError", "DeviceInfo", "DeviceRefused", "Feature", "FirmwareError",
-           "GeometryError", "ImageError", "LinkSettings", "LinkTimeout", "LiteStereoError", "MatcherSettings",
-           "MissingExtraError", "OpenCVError", "ProtocolError", "Rectifier", "Result", "SessionLost", "SettingsError",
-           "Shortfall", "Shot", "Source", "SpeckleFilter", "StereoBM", "StereoBM_create", "StereoGeometry",
-           "UnsupportedError", "UpdateFailed", "UrlError", "UsageError", "ViewerError", "WorkerError", "connect",
-           "disparity_pixels", "measure_map", "open_source", "read_calibration", "read_grey", "read_ground_truth",
-           "write_disparity"]
+__all__ = ["DatasetError", "DecimationFilter", "Device", "DeviceError", "DeviceInfo", "DeviceRefused", "DisparityMap",
+           "Feature", "FilterChain", "FirmwareError", "GeometryError", "HoleFillingFilter", "ImageError",
+           "LinkSettings", "LinkTimeout", "LiteStereoError", "MatcherSettings", "MissingExtraError", "OpenCVError",
+           "ProtocolError", "Rectifier", "Result", "SessionLost", "SettingsError", "Shortfall", "Shot", "Source",
+           "SpatialFilter", "SpeckleFilter", "SpeckleMapFilter", "StereoBM", "StereoBM_create", "StereoGeometry",
+           "TemporalFilter", "ThresholdFilter", "UnsupportedError", "UpdateFailed", "UrlError", "UsageError",
+           "ViewerError", "WorkerError", "connect", "disparity_pixels", "measure_map", "open_source",
+           "read_calibration", "read_grey", "read_ground_truth", "write_disparity"]
 
 #: Modules of the names.
 _MODULES = {
     "DatasetError":      "core.errors",
+    "DecimationFilter":  "core.decimation",
     "Device":            "devices.base",
     "DeviceError":       "core.errors",
     "DeviceInfo":        "devices.base",
     "DeviceRefused":     "core.errors",
+    "DisparityMap":      "core.disparity_map",
     "Feature":           "core.features",
+    "FilterChain":       "core.filters",
     "FirmwareError":     "core.errors",
     "GeometryError":     "core.errors",
+    "HoleFillingFilter": "core.hole_filling",
     "ImageError":        "core.errors",
     "LinkSettings":      "link.settings",
     "LinkTimeout":       "core.errors",
@@ -84,10 +96,14 @@ _MODULES = {
     "Shortfall":         "data.sources",
     "Shot":              "data.sources",
     "Source":            "data.sources",
+    "SpatialFilter":     "core.spatial",
     "SpeckleFilter":     "core.speckle",
+    "SpeckleMapFilter":  "core.speckle",
     "StereoBM":          "devices.stereo_bm",
     "StereoBM_create":   "devices.stereo_bm",
     "StereoGeometry":    "core.geometry",
+    "TemporalFilter":    "core.temporal",
+    "ThresholdFilter":   "core.threshold",
     "UnsupportedError":  "core.errors",
     "UpdateFailed":      "core.errors",
     "UrlError":          "core.errors",

@@ -21,6 +21,7 @@ from ..soc.release.sbom.__main__ import PAGE as LICENCES
 from ..soc.reports import boards, network, registers, resources
 from .accuracy import PAGE as ACCURACY
 from .bench.readme import PAGE as BENCH
+from .filters import PAGE as FILTERS
 from .thesis.page import PAGE as THESIS
 
 #: What the tests run.
@@ -38,7 +39,7 @@ COVERAGE = Page("docs/coverage.md", "coverage", coverage_key, minutes=60)
 CHEAP = (*registers.PAGES, LICENCES)
 
 #: All pages.
-PAGES = (*CHEAP, BENCH, network.PAGE, resources.PAGE, ACCURACY, THESIS, COVERAGE, boards.PAGE)
+PAGES = (*CHEAP, BENCH, network.PAGE, resources.PAGE, ACCURACY, FILTERS, THESIS, COVERAGE, boards.PAGE)
 
 
 def stale(pages: tuple[Page, ...]) -> list[tuple[Page, str]]:

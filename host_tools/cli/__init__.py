@@ -30,6 +30,7 @@ examples:
   litestereo stream camera:0 camera:1 --device udp://192.168.1.50 --calibration calibration/
   litestereo view left.png right.png --device model: --montage out.png
   litestereo eval data/teddy --device model: --opencv bm --opencv sgbm
+  litestereo measure camera:0 camera:1 --device udp://192.168.1.50 --calibration calibration/ --frames 30
   litestereo export out/disparity.npy -o out --format ply --left left.png --focal 700 --baseline 0.12
   litestereo info --device udp://192.168.1.50 --json
   litestereo console --device tcp://127.0.0.1:2000 selftest
@@ -60,6 +61,8 @@ def _parser() -> Parser:
         export,
         info,
         match,
+        measure,
+        play,
         rectify,
         stats,
         stream,
@@ -72,8 +75,8 @@ def _parser() -> Parser:
     version = importlib.metadata.version("litestereo")
     parser.add_argument("--version", action="version", version=f"litestereo {version}")
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
-    for command in (match, stream, view, calibrate, calibration, rectify, evaluate, export, bench, info, stats, console,
-                    update):
+    for command in (match, stream, play, view, measure, calibrate, calibration, rectify, evaluate, export, bench, info,
+                    stats, console, update):
         command.add_parser(commands)
     completion.add_parser(commands, lambda: parser)
     return parser

@@ -30,10 +30,11 @@ class Parser(argparse.ArgumentParser):
         self.exit(2, f"litestereo: error: {message} (see {self.prog} --help)\n")
 
 
-def add_device(parser: argparse.ArgumentParser) -> None:
-    """Add `--device`, with the environment's device as its default."""
+def add_device(parser: argparse.ArgumentParser, required: bool = True) -> None:
+    """Add `--device`, with the environment's device as its default; a command may do without it unless `required`."""
     default = os.environ.get(DEVICE_VARIABLE)
-    parser.add_argument("--device", metavar="URL", type=device_url, default=default, required=default is None,
+    parser.add_argument("--device", metavar="URL", type=device_url, default=default,
+                        required=required and default is None,
                         help=f"URL of the device: {', '.join(EXAMPLES.values())} (default: the environment "
                              f"variable {DEVICE_VARIABLE})")
 

@@ -31,6 +31,7 @@ from ..evaluation.report import as_json, means, table, write_csv
 from ..evaluation.work import Job, LoadedSample, evaluate, tasks_of
 from ..link.urls import DEVICE_VARIABLE
 from .arguments import Parser, add_force, add_json, count, device_url, positive
+from .filters import add_filters, chosen_filters, single_frame_notices
 from .matching import add_settings, chosen_speckle_filter, device_settings, print_notices, stages_off
 from .progress import terminal_bars
 
@@ -45,6 +46,7 @@ examples:
   litestereo eval MiddEval3/trainingQ --device 'cosim:?disparities=128' --opencv bm --jobs 4 --csv results.csv
   litestereo eval --motorcycle --device udp://192.168.1.50 --device model: --json
   litestereo eval kitti/training --opencv sgbm --disparities 128 --cluster tcp://scheduler:8786
+  litestereo eval data/teddy --device model: --filter decimation:filter_magnitude=3 --filter spatial
 
 data sets (each PATH is a pair, or a folder of pairs):
   LiteStereo       left.png, right.png, disp_left_u16.png (256 times the disparity)
@@ -73,6 +75,9 @@ As in Middlebury's version 3 bad is a share of the known pixels, and a pixel wit
 beside density, or take bad_or_invalid. A true disparity of 0, nan or inf is unknown. Maps are clipped to 0 up to ndisp
 if the data set has it. The table shows some of the metrics, --csv and --json have all of them; "or none" is
 bad_or_invalid_2_0. Its means are over the pairs.
+
+--filter filters the maps of all matchers. A decimated map is enlarged again: each of its pixels is compared with the
+true disparities of all pixels that it is made of.
 
 bm and our devices agree pixel for pixel in the valid region, where whole blocks lie in both images. Outside of it the
 map of bm is set to invalid: OpenCV 5.0 with a smallest disparity above 0 writes that many values past the end of a row.
@@ -103,6 +108,7 @@ def add_parser(commands: argparse._SubParsersAction[Parser]) -> None:
     add_json(parser)
     add_force(parser)
     add_settings(parser)
+    add_filters(parser)
     parser.set_defaults(run=run)
 
 
@@ -117,6 +123,7 @@ def run(options: argparse.Namespace) -> int:
         raise UsageError("no pairs to rate: give the folder of a data set, or --motorcycle")
     if options.csv is not None and options.csv.is_dir():
         raise ImageError(f"{options.csv}: is a folder, --csv needs a file")
+    filters = chosen_filters(options, "eval does not know them, leave it out")
     samples: list[SampleFiles | LoadedSample] = [*find_samples(options.paths, options.ground_truth_scale)]
     samples += [LoadedSample(_MOTORCYCLE, load_motorcycle())] if options.motorcycle else []
 
@@ -126,8 +133,8 @@ def run(options: argparse.Namespace) -> int:
     matchers = list(dict.fromkeys([*devices, *map(opencv_name, options.opencv)]))
     choices  = _choices(options, samples, devices)
     jobs: list[Job] = [(sample, choice.settings) for sample, choice in zip(samples, choices, strict=True)]
-    print_notices(notice for choice in choices for notice in choice.notices)
-    tasks    = tasks_of(matchers, jobs, chosen_speckle_filter(options))
+    print_notices([*(notice for choice in choices for notice in choice.notices), *single_frame_notices(filters)])
+    tasks    = tasks_of(matchers, jobs, chosen_speckle_filter(options), filters)
     with terminal_bars() as bars:
         bar  = bars.add_task("match", total=sum(len(task.jobs) for task in tasks))
         rows = evaluate(tasks, lambda pairs: bars.advance(bar, pairs), options.jobs, options.cluster)
@@ -139,7 +146,8 @@ def run(options: argparse.Namespace) -> int:
     if options.json:
         settings = [{"pair": sample.name, **dataclasses.asdict(choice.settings), **stages_off(choice)}
                     for sample, choice in zip(samples, choices, strict=True)]
-        print(json.dumps({"settings": settings, "results": as_json(rows), "means": as_json(means(rows))}, indent=2))
+        print(json.dumps({"settings": settings, "filters": filters.summary(), "results": as_json(rows),
+                          "means": as_json(means(rows))}, indent=2))
     else:
         width = None if sys.stdout.isatty() else _TABLE_WIDTH
         rich.console.Console(width=width).print(table(rows))

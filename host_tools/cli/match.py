@@ -13,8 +13,9 @@ import json
 from pathlib import Path
 
 from ..cameras.rectify import FILES, read_calibration
+from ..core.disparity_map import DisparityMap
 from ..core.errors import ImageError
-from ..core.images import disparity_pixels, plan_disparity, read_grey, write_disparity
+from ..core.images import plan_disparity, read_grey, write_disparity
 from ..core.outputs import CLOUD_PLY, DEPTH_NPY, Outputs
 from ..core.settings import MatcherSettings
 from ..data.map_files import read_truth
@@ -25,6 +26,7 @@ from ..evaluation.metrics import beyond_range, measure_map
 from ..export.depth import write_cloud, write_depth
 from ..live.rectifying import choose_rectifying
 from .arguments import Parser, add_calibration, add_device, add_force, add_json, positive
+from .filters import add_filters, calibrated_filters, filter_values, single_frame_notices
 from .match_summary import depth_summary, link_summary, pair_summary, summary_text
 from .matching import (
     add_settings,
@@ -43,6 +45,7 @@ examples:
   litestereo match left.png right.png -o out --device cosim: --ground-truth truth.png --ground-truth-scale 4
   litestereo match left.png right.png -o out --device model: --disp12-max-diff 1 --speckle-window 100 --speckle-range 2
   litestereo match left.png right.png -o out --device model: --calibration calibration/
+  litestereo match left.png right.png -o out --device model: --filter spatial --filter hole_filling:holes_fill=0
 
 files written:
   disparity.npy        int16, sixteenths of a pixel, (min_disparity - 1)*16 where there is no disparity
@@ -52,6 +55,9 @@ files written:
 and with --calibration, both of the rectified left image:
   depth.npy            float32, metres, nan where there is none
   cloud.ply            points in metres, with the image's colours
+
+--filter decimation makes all of these smaller, and counts in larger pixels: --json has its `geometry`, and with
+--ground-truth each pixel of the map is compared with all pixels of the images that it is made of.
 
 --ground-truth prints Middlebury's metrics as `litestereo eval` has them, with the pixels that each is a share of: known
 pixels have a true disparity (0, nan and inf are unknown), valid pixels are known ones with a disparity in the map. With
@@ -81,6 +87,7 @@ def add_parser(commands: argparse._SubParsersAction[Parser]) -> None:
     add_json(parser)
     add_force(parser)
     add_settings(parser)
+    add_filters(parser)
     parser.set_defaults(run=run)
 
 
@@ -98,6 +105,7 @@ def _plan(options: argparse.Namespace) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Run the command. All that can be checked without the device is checked before connecting to it."""
+    filters = calibrated_filters(options)
     left, left_notices   = read_grey(options.left)
     right, right_notices = read_grey(options.right)
     check_pair(left, right)
@@ -106,7 +114,7 @@ def run(options: argparse.Namespace) -> int:
         rectifier.check_size(left, right)
     height, width = left.shape
     truth         = None
-    notices       = left_notices + right_notices
+    notices       = left_notices + right_notices + single_frame_notices(filters)
     if options.ground_truth is not None:
         read  = read_truth(options.ground_truth, options.ground_truth_scale)
         if read.pixels.shape != left.shape:
@@ -141,17 +149,18 @@ def run(options: argparse.Namespace) -> int:
     speckle   = chosen_speckle_filter(options)
     disparity = result.disparity if rectifier is None else rectifier.clean(result.disparity, settings)
     result    = dataclasses.replace(result, disparity=speckle.apply(disparity, settings))
-    files     = write_disparity(options.output, result.disparity, settings)
-    depth_m   = None
-    if rectifier is not None:
-        depth_m = rectifier.depth_m(result.disparity, settings)
-        files  += [options.output / "depth.npy", options.output / "cloud.ply"]
+    geometry  = None if rectifier is None else rectifier.geometry
+    map_      = filters.process(DisparityMap(result.disparity, settings, geometry))
+    files     = write_disparity(options.output, map_.disparity, map_.settings)
+    depth_m   = map_.depth_m()
+    if rectifier is not None and depth_m is not None:
+        files += [options.output / "depth.npy", options.output / "cloud.ply"]
         write_depth(files[-2], depth_m)
-        write_cloud(files[-1], rectifier, options.left, result.disparity, settings)
-    quality = None if truth is None else measure_map(disparity_pixels(result.disparity, settings.invalid), truth)
-    summary = (pair_summary(info, result, speckle, files, quality) | link_summary(result, link)
-               | {"depth_m": depth_summary(depth_m)} | stages_off(choice)
+        write_cloud(files[-1], rectifier, options.left, map_)
+    quality = None if truth is None else measure_map(map_.in_images(truth.shape), truth)
+    summary = (pair_summary(info, result, map_, speckle, files, quality) | link_summary(result, link)
+               | filter_values(filters, map_) | {"depth_m": depth_summary(depth_m)} | stages_off(choice)
                | {"rectification": None if rectifying is None else rectifying.summary()})
     print_notices([] if rectifying is None else [f"rectified {rectifying.text}"])
-    print(json.dumps(summary, indent=2) if options.json else summary_text(summary))
+    print(json.dumps(summary, indent=2) if options.json else summary_text(summary, map_))
     return 0

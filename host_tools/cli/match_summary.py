@@ -15,28 +15,31 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core.disparity_map import DisparityMap
 from ..core.speckle import SpeckleFilter
 from ..devices.base import DeviceInfo, Result
 from ..evaluation.metrics import json_values, summary_texts
 from ..link.settings import LinkCounters
+from .filters import decimation_text
 
 #: Clock that frame rates are given for, to compare simulations and boards.
 _RATE_CLOCK_HZ = 100_000_000
 
 
-def pair_summary(info: DeviceInfo, result: Result, speckle: SpeckleFilter, files: list[Path],
+def pair_summary(info: DeviceInfo, result: Result, map_: DisparityMap, speckle: SpeckleFilter, files: list[Path],
                  quality: dict[str, float] | None) -> dict[str, Any]:
     """Return what JSON says of a matched pair.
 
     Parameters
     ----------
+    result, map_
+        The map as it was matched, and after all filters.
     files
         Files that were written.
     quality
         What `measure_map` returned, None without a ground truth.
     """
-    pixels: NDArray[Any] = result.disparity
-    height, width = pixels.shape
+    height, width = map_.disparity.shape
     clocks        = result.clocks
     return {
         "device":           info.name,
@@ -47,7 +50,7 @@ def pair_summary(info: DeviceInfo, result: Result, speckle: SpeckleFilter, files
         "speckle_range":    speckle.range,
         "clocks":           clocks,
         "first_row_clocks": result.first_row_clocks,
-        "clocks_per_pixel": clocks/(width*height) if clocks else None,
+        "clocks_per_pixel": clocks/result.disparity.size if clocks else None,
         "fps_at_100_mhz":   _RATE_CLOCK_HZ/clocks if clocks else None,
         "upload_s":         result.upload_s,
         "match_s":          result.match_s,
@@ -77,8 +80,8 @@ def link_summary(result: Result, link: LinkCounters | None) -> dict[str, Any]:
     return {**rates, "repairs": link.repairs if link else None}
 
 
-def summary_text(summary: dict[str, Any]) -> str:
-    """Return the summary as text."""
+def summary_text(summary: dict[str, Any], map_: DisparityMap) -> str:
+    """Return the summary of a pair, whose map is `map_`, as text."""
     times = ", ".join(f"{phase} {summary[f'{phase}_s']:.3f} s" for phase in ("upload", "match", "download"))
     size  = f"{summary['width']}x{summary['height']} pixels"
     lines = [
@@ -92,6 +95,8 @@ def summary_text(summary: dict[str, Any]) -> str:
     if summary["clocks"]:
         lines.append(f"clocks      {summary['clocks']}, {summary['clocks_per_pixel']:.3f} per pixel, "
                      f"{summary['fps_at_100_mhz']:.1f} frames/s at 100 MHz")
+    if decimated := decimation_text(map_):
+        lines.append(f"decimated   {decimated}")
     if summary["depth_m"] is not None:
         depth = summary["depth_m"]
         lines.append(f"depth       {depth['nearest']:.3f} to {depth['farthest']:.3f} m, median {depth['median']:.3f} m")

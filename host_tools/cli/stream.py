@@ -19,7 +19,8 @@ import numpy as np
 import rich.progress
 
 from ..cameras.rectify import FILES, Rectifier, read_calibration
-from ..core.errors import ImageError
+from ..core.disparity_map import DisparityMap
+from ..core.errors import ImageError, UsageError
 from ..core.images import FORMATS, summed_notices, write_map
 from ..core.outputs import DEPTH_NPY, MAP_KINDS, Kind, Outputs
 from ..core.settings import MatcherSettings
@@ -27,10 +28,12 @@ from ..data.sources import EXAMPLES, Source, open_source
 from ..devices.base import Device
 from ..devices.connect import connect
 from ..export.depth import write_depth
+from ..export.recorder import RECORDED_MCAP, Recorder, recording
 from ..live.matching import MatchedShot, Matching, match_source
 from ..live.meter import RECENT_FRAMES, Meter
 from ..live.rectifying import choose_rectifying, rectification_text
 from .arguments import Parser, add_calibration, add_device, add_force, add_json, count
+from .filters import add_filters, calibrated_filters, decimation_text, filter_values
 from .matching import (
     add_settings,
     chosen_settings,
@@ -54,6 +57,9 @@ examples:
   litestereo stream left/ right/ --device udp://192.168.1.50 -o maps
   litestereo stream both.avi --device model: --frames 100 --json
   litestereo stream camera:0 camera:1 --device udp://192.168.1.50 --calibration calibration/
+  litestereo stream left/ right/ --device model: -o maps --filter decimation --filter spatial --filter temporal
+  litestereo stream camera:0 camera:1 --device udp://192.168.1.50 --record walk.mcap
+  litestereo stream walk.mcap --device model: -o maps
 
 sources:
 {SOURCES}
@@ -61,6 +67,10 @@ sources:
 files written with -o:
   disparity_NAME.png  or .pfm or .npy, see --format
   depth_NAME.npy      with --calibration: float32, metres, nan where there is none
+
+--record writes a recording: images as they are taken, maps after all filters, cameras with --calibration. If this
+command is killed, all finished chunks can be read. As a SOURCE its pairs are matched again; `litestereo play` shows
+what is in it, and writes the maps that were recorded.
 
 Frames without a partner at the end of the longer video, and the missing end of a file that is cut short, are named on
 stderr and by --json (`unmatched`), and the exit status is 1: the maps of the other frames are there.
@@ -87,6 +97,7 @@ def checked_rectifier(options: argparse.Namespace) -> Rectifier | None:
     """Check what a command line asks for, before there is a device; return the rectifier of its calibration, if any."""
     chosen_settings(options, MatcherSettings())
     chosen_speckle_filter(options)
+    calibrated_filters(options)
     return None if options.calibration is None else read_calibration(options.calibration)
 
 
@@ -94,7 +105,7 @@ def chosen_matching(options: argparse.Namespace, settings: MatcherSettings, devi
                     rectifier: Rectifier | None) -> Matching:
     """Return what a command line asks for, with `settings`; the device rectifies if it can."""
     rectifying = None if rectifier is None else choose_rectifying(device, rectifier)
-    return Matching(settings, chosen_speckle_filter(options), rectifying)
+    return Matching(settings, chosen_speckle_filter(options), rectifying, calibrated_filters(options))
 
 
 def rectification(matching: Matching) -> dict[str, Any]:
@@ -131,9 +142,15 @@ def add_parser(commands: argparse._SubParsersAction[Parser]) -> None:
     parser.add_argument("--format", choices=FORMATS, default="png",
                         help="format of the maps: png of 16 bits (KITTI), pfm (Middlebury), npy of int16 (default: "
                              "%(default)s)")
+    parser.add_argument("--record", metavar="FILE.mcap", type=Path,
+                        help="write images, maps and cameras into a recording of ROS 2 messages, which is a SOURCE too "
+                             "(default: none)")
+    parser.add_argument("--record-png", action="store_true",
+                        help="write the images of --record as PNG: smaller, and slower (default: as they are)")
     add_json(parser)
     add_force(parser)
     add_settings(parser)
+    add_filters(parser)
     parser.set_defaults(run=run)
 
 
@@ -148,6 +165,7 @@ def run(options: argparse.Namespace) -> int:
         # Numbered frames that do not come are planned too: that does no harm. Headers may give absurd numbers.
         names    = source.names or [f"{number:06}" for number in range(min(source.length or 0, _MOST_PLANNED))]
         planned  = {path for name in names[:options.frames] for path in _plan(options, outputs, name)}
+        _check_recording(options, source, outputs)
         device   = stack.enter_context(connect(options.device))
         stop     = stack.enter_context(stopped_by_ctrl_c())
         choice   = device_settings(options, [device.info()])
@@ -156,22 +174,64 @@ def run(options: argparse.Namespace) -> int:
         columns  = (rich.progress.TextColumn("{task.description}"), rich.progress.BarColumn(),
                     rich.progress.MofNCompleteColumn(), rich.progress.TimeElapsedColumn())
         meter    = Meter()
+        last     = None
+        recorder = _recorder(options, stack, matching)
         with terminal_bars(*columns) as bars:
             bar = bars.add_task("waiting for the first map", total=options.frames or source.length)
             # Without files and without a reader there is nothing more to do.
+            files = options.output is not None or recorder is not None
             for matched in match_source(device, source, matching, options.frames,
-                                        lambda: stop() or options.output is None and stdout_failed()):
+                                        lambda: stop() or not files and stdout_failed()):
                 meter.count(matched.latency_s)
+                last = matched.map
+                if recorder is not None:
+                    recorder.add(matched.taken, matched.map)
                 path = None if options.output is None else _write(options, outputs, planned, matched)
                 bars.update(bar, advance=1, description=f"{meter.recent_frames_per_s:.1f} frames/s, latency "
                                                         f"{1000*matched.latency_s:.0f} ms")
                 if options.json:
                     print(json.dumps(_frame_line(meter, matched, path)), flush=True)
         summary = {"device": device.info().name, **meter.summary(), **stages_off(choice), **rectification(matching),
-                   **unmatched(source)}
+                   **unmatched(source), **filter_values(matching.filters, last),
+                   "recording": None if options.record is None or not meter.frames else str(options.record)}
     print_picture_notices(source)
-    print(json.dumps({"summary": summary}) if options.json else stream_text(summary))
+    if options.json:
+        print(json.dumps({"summary": summary}))
+    else:
+        wrote = [] if summary["recording"] is None else [f"wrote    {summary['recording']}"]
+        print("\n".join([stream_text(summary, last), *wrote]))
     return print_shortfalls(source)
+
+
+def _check_recording(options: argparse.Namespace, source: Source, outputs: Outputs) -> None:
+    """Check the recording of a command line, before there is a device.
+
+    Raises
+    ------
+    UsageError
+        There is `--record-png` without `--record`.
+    ImageError
+        The file is there already, or it is being read.
+    """
+    path: Path | None = options.record
+    if path is None:
+        if options.record_png:
+            raise UsageError("--record-png goes with --record")
+        return
+    outputs.add(path, RECORDED_MCAP)
+    if path.exists() and any(other.exists() and other.samefile(path) for other in source.files):
+        raise ImageError(f"{path}: is the source, and cannot be recorded into at the same time")
+    if path.is_file() and path.stat().st_size and not options.force:
+        raise ImageError(f"{path}: is there already: name another file, or give --force to replace it")
+
+
+def _recorder(options: argparse.Namespace, stack: contextlib.ExitStack, matching: Matching) -> Recorder | None:
+    """Return the recorder of a command line, which `stack` closes; None if there is none."""
+    if options.record is None:
+        return None
+    rectifier = matching.rectifier
+    cameras   = None if rectifier is None else (rectifier.geometry, rectifier.cameras)
+    return stack.enter_context(recording(options.record, matching.settings, cameras, options.record_png))
 
 
 def print_picture_notices(source: Source) -> None:
@@ -198,7 +258,7 @@ def _write(options: argparse.Namespace, outputs: Outputs, planned: set[Path], ma
     for path, kind in results:
         if path not in planned: # Of a camera.
             outputs.check(path, kind)
-    write_map(results[0][0], matched.result.disparity, matched.result.settings)
+    write_map(results[0][0], matched.map.disparity, matched.map.settings)
     if matched.depth_m is not None:
         write_depth(results[1][0], matched.depth_m)
     return results[0][0]
@@ -219,8 +279,8 @@ def _frame_line(meter: Meter, matched: MatchedShot, path: Path | None) -> dict[s
     }
 
 
-def stream_text(summary: dict[str, Any]) -> str:
-    """Return the summary of a stream as text."""
+def stream_text(summary: dict[str, Any], last: DisparityMap | None) -> str:
+    """Return the summary of a stream as text; `last` is its last map."""
     lines = [f"device   {summary['device']}", f"frames   {summary['frames']} in {summary['seconds']:.2f} s"]
     if summary["frames"]:
         lines += [f"rate     {summary['frames_per_s']:.2f} frames/s over all frames",
@@ -228,4 +288,6 @@ def stream_text(summary: dict[str, Any]) -> str:
                                           for part in (50, 95, 99)) + " of all frames"]
     if summary["rectification"] is not None:
         lines.append(f"rectified {rectification_text(summary['rectification'])}")
+    if last is not None and (decimated := decimation_text(last)):
+        lines.append(f"decimated {decimated}")
     return "\n".join(lines)

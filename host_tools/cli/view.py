@@ -26,6 +26,7 @@ from ..viewing.montage import montage
 from ..viewing.recording import DEFAULT_URL, Target
 from ..viewing.viewer import Viewer
 from .arguments import Parser, add_calibration, add_device, add_force, add_json, count
+from .filters import add_filters, filter_values
 from .matching import add_settings, device_settings, print_notices, stages_off
 from .stopping import stopped_by_ctrl_c
 from .stream import (
@@ -91,13 +92,13 @@ def add_parser(commands: argparse._SubParsersAction[Parser]) -> None:
     add_json(parser)
     add_force(parser)
     add_settings(parser)
+    add_filters(parser)
     parser.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> int:
     """Run the command. All that can be checked without the device is checked before connecting to it."""
     rectifier = checked_rectifier(options)
-    geometry  = None if rectifier is None else rectifier.geometry
     if options.serve is not None and options.serve > 65534:
         raise UsageError(f"--serve needs a port and the next one, at most 65534, not {options.serve}")
     target    = Target(options.save, options.connect, options.serve)
@@ -115,7 +116,7 @@ def run(options: argparse.Namespace) -> int:
         choice   = device_settings(options, [device.info()])
         matching = chosen_matching(options, choice.settings, device, rectifier)
         print_notices([*source.notices, *choice.notices])
-        viewer   = Viewer(target, geometry, options.max_points) if viewed else None
+        viewer   = Viewer(target, rectifier is not None, options.max_points) if viewed else None
         meter    = Meter()
         if viewer is not None:
             # Close the recording after an error too: it holds the frames before.
@@ -128,8 +129,9 @@ def run(options: argparse.Namespace) -> int:
                 viewer.show(meter.frames - 1, last, meter)
         while viewer is not None and viewer.page and not stop.requested:
             time.sleep(_POLL_S)
+        map_    = None if last is None else last.map
         summary = {"device": device.info().name, **meter.summary(), **stages_off(choice), **rectification(matching),
-                   **unmatched(source)}
+                   **unmatched(source), **filter_values(matching.filters, map_)}
     print_picture_notices(source)
     if options.montage is not None and last is not None:
         write_png(options.montage, montage(last), MONTAGE_PNG)
@@ -137,5 +139,5 @@ def run(options: argparse.Namespace) -> int:
     if options.json:
         print(json.dumps(summary | {"files": [str(path) for path in files]}, indent=2))
     else:
-        print("\n".join([stream_text(summary), *(f"wrote    {path}" for path in files)]))
+        print("\n".join([stream_text(summary, map_), *(f"wrote    {path}" for path in files)]))
     return print_shortfalls(source)

@@ -7,6 +7,7 @@
 
 from __future__ import annotations
 
+import functools
 import importlib
 import importlib.metadata
 import json
@@ -42,6 +43,24 @@ def import_extra(module: str, extra: str, purpose: str) -> Any:
         if missing == "litestereo": # A damaged installation, which no extra repairs.
             raise
         raise MissingExtraError(f"{purpose} {missing}, which is not installed: {install_command(extra)}") from None
+
+
+def ros_types(purpose: str) -> Any:
+    """Return the definitions of ROS 2's messages, those of rosbags; the ones used here are equal in all distributions.
+
+    Raises
+    ------
+    MissingExtraError
+        rosbags is not installed; `purpose` as for `import_extra`.
+    """
+    import_extra("rosbags.typesys", "ros", purpose)
+    return _ros_types()
+
+
+@functools.cache
+def _ros_types() -> Any:
+    typesys = importlib.import_module("rosbags.typesys")
+    return typesys.get_typestore(typesys.Stores.ROS2_HUMBLE)
 
 
 def install_command(extra: str) -> str:

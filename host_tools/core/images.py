@@ -101,8 +101,8 @@ def _ends_in_a_chunk(data: bytes) -> bool:
     return at > len(data)
 
 
-def _decode(data: bytes, flags: int) -> NDArray[Any] | None:
-    """Decode an image as OpenCV does with `flags`; None if it cannot."""
+def decode_image(data: bytes, flags: int) -> NDArray[Any] | None:
+    """Decode the bytes of an image file as OpenCV does with `flags`; None if it cannot."""
     if data.startswith(_PNG) and _ends_in_a_chunk(data):
         return None
     try:
@@ -116,7 +116,7 @@ def _decoded(path: Path, data: bytes, flags: int) -> NDArray[Any]:
     """Decode the bytes of the image file `path`; raise ImageError if OpenCV cannot, or if their end is missing."""
     if _is_cut(data):
         raise ImageError(f"{path}: is not an image that is whole: its end is missing")
-    image = _decode(data, flags)
+    image = decode_image(data, flags)
     if image is None:
         raise ImageError(f"{path}: is not an image that OpenCV can read, or is damaged")
     return image
@@ -159,7 +159,7 @@ def _picture(path: Path, flags: int) -> tuple[NDArray[Any], NDArray[Any] | None,
     picture = _decoded(path, data, flags)
     notices = []
     if any(mark in data for mark in _ORIENTED):
-        as_stored = _decode(data, flags | cv2.IMREAD_IGNORE_ORIENTATION)
+        as_stored = decode_image(data, flags | cv2.IMREAD_IGNORE_ORIENTATION)
         if as_stored is not None and not np.array_equal(as_stored, picture):
             notices.append(f"{path}: rotated or mirrored as its EXIF orientation says, now "
                            f"{picture.shape[1]}x{picture.shape[0]} pixels")

@@ -9,11 +9,12 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
+from ..core.disparity_map import DisparityMap
 from ..core.errors import LiteStereoError, UsageError
-from ..core.images import disparity_pixels
+from ..core.filters import FilterChain
 from ..core.settings import MatcherSettings
 from ..core.speckle import SpeckleFilter
 from ..data.datasets import StereoPair
@@ -67,14 +68,16 @@ class Task:
     matcher: str
     jobs:    tuple[Job, ...]
     speckle: SpeckleFilter
+    filters: FilterChain = field(default_factory=FilterChain)
 
 
-def tasks_of(matchers: Sequence[str], jobs: Sequence[Job], speckle: SpeckleFilter) -> list[Task]:
+def tasks_of(matchers: Sequence[str], jobs: Sequence[Job], speckle: SpeckleFilter,
+             filters: FilterChain | None = None) -> list[Task]:
     """Return the tasks for all pairs and matchers: one per pair, or one for all pairs if a device takes one host."""
     tasks: list[Task] = []
     for matcher in matchers:
         parts  = [(job,) for job in jobs] if is_shared(matcher) else [tuple(jobs)]
-        tasks += [Task(matcher, part, speckle) for part in parts]
+        tasks += [Task(matcher, part, speckle, filters or FilterChain()) for part in parts]
     return tasks
 
 
@@ -84,14 +87,17 @@ def rows_of(task: Task, done: Callable[[], None] | None = None) -> list[Row]:
     Raises
     ------
     LiteStereoError
-        A matcher cannot be opened, or fails; a pair cannot be read, or does not fit the matcher.
+        A matcher cannot be opened, or fails; a pair cannot be read, or does not fit the matcher; a filter needs the
+        cameras.
     """
     rows: list[Row] = []
     with contextlib.closing(open_matcher(task.matcher)) as matcher:
         for source, settings in task.jobs:
             sample    = source.load()
             disparity = task.speckle.apply(matcher.match(sample.left, sample.right, settings), settings)
-            pixels    = disparity_pixels(disparity, settings.invalid)
+            task.filters.reset() # Each pair is of another scene.
+            filtered  = task.filters.process(DisparityMap(disparity, settings))
+            pixels    = filtered.in_images(disparity.shape)
             beyond    = beyond_range(sample.truth, settings.min_disparity, settings.disparities)
             notes     = (*sample.notes, *([f"{source.name}: {beyond}"] if beyond else []))
             rows     += [Row(source.name, task.matcher, name,

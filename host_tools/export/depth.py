@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..cameras.rectify import Rectifier
-from ..core.images import disparity_pixels, read_colour
+from ..core.disparity_map import DisparityMap
+from ..core.images import read_colour
 from ..core.outputs import write_file
-from ..core.settings import MatcherSettings
 from . import files
 
 
@@ -24,22 +24,22 @@ def write_depth(path: Path, depth_m: NDArray[np.float32]) -> None:
     write_file(path, files.depth_npy(depth_m))
 
 
-def write_cloud(path: Path, rectifier: Rectifier, left: Path, disparity: NDArray[np.int16],
-                settings: MatcherSettings) -> None:
+def write_cloud(path: Path, rectifier: Rectifier, left: Path, map_: DisparityMap) -> None:
     """Write the points of a map of the rectified pair as PLY.
 
     Parameters
     ----------
     left
         File of the left image before rectification, for the points' colours.
-    disparity, settings
-        int16, H x W, sixteenths of a pixel, and the settings that it was matched with.
+    map_
+        The map, with its cameras.
 
     Raises
     ------
     ImageError
         The image cannot be read, or the file cannot be written.
     """
+    assert map_.geometry is not None, "a map without cameras has no points"
     image  = read_colour(left)
-    points = rectifier.geometry.points_m(disparity_pixels(disparity, settings.invalid))
-    write_file(path, files.ply(points, rectifier.rectify(image, image)[0]))
+    points = map_.geometry.points_m(map_.pixels)
+    write_file(path, files.ply(points, map_.picture(rectifier.rectify(image, image)[0])))

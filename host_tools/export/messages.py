@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..cameras.camera_info import CameraInfo
-from ..core.extras import import_extra
+from ..core.extras import ros_types
 from ..core.geometry import StereoGeometry
 from ..core.settings import DISPARITY_SCALE
 from .maps import SearchRange
@@ -40,7 +40,7 @@ class StereoMessage:
     image
         The left image: uint8, H x W x 3, BGR; None for a cloud without colours.
     geometry, cameras
-        Geometry of the pair; left and right camera.
+        Geometry of the pair; left and right camera, None if no message needs them.
     search
         Range that was searched for the map.
     stamp_ns
@@ -53,7 +53,7 @@ class StereoMessage:
     points_m:     NDArray[np.float32]
     image:        NDArray[np.uint8] | None
     geometry:     StereoGeometry
-    cameras:      tuple[CameraInfo, CameraInfo]
+    cameras:      tuple[CameraInfo, CameraInfo] | None
     search:       SearchRange
     stamp_ns:     int
     frame_id:     str
@@ -69,12 +69,12 @@ class Messages:
     """
 
     def __init__(self) -> None:
-        typesys        = import_extra("rosbags.typesys", "ros", "a ROS bag needs")
-        #: The definitions of messages; those used here are the same in all distributions.
-        self.typestore = typesys.get_typestore(typesys.Stores.ROS2_HUMBLE)
+        #: The definitions of messages.
+        self.typestore = ros_types("a ROS bag needs")
 
     def of(self, frame: StereoMessage) -> Mapping[str, Any]:
         """Return all messages of a frame, by the last parts of their topics."""
+        assert frame.cameras is not None, "two of the messages are of the cameras"
         left, right = frame.cameras
         return {
             "disparity":         self.disparity(frame),
@@ -87,14 +87,46 @@ class Messages:
     def _make(self, kind: str, /, **values: Any) -> Any:
         return self.typestore.types[kind](**values)
 
+    def header(self, stamp_ns: int, frame_id: str) -> Any:
+        """Return a std_msgs/Header: a time in nanoseconds since 1970, and a coordinate frame."""
+        stamp = self._make("builtin_interfaces/msg/Time", sec=stamp_ns//_SECOND_NS, nanosec=stamp_ns % _SECOND_NS)
+        return self._make("std_msgs/msg/Header", stamp=stamp, frame_id=frame_id)
+
     def _header(self, frame: StereoMessage) -> Any:
-        stamp = self._make("builtin_interfaces/msg/Time", sec=frame.stamp_ns//_SECOND_NS,
-                           nanosec=frame.stamp_ns % _SECOND_NS)
-        return self._make("std_msgs/msg/Header", stamp=stamp, frame_id=frame.frame_id)
+        return self.header(frame.stamp_ns, frame.frame_id)
+
+    def encode(self, message: Any) -> bytes:
+        """Return the bytes of a message (CDR)."""
+        return bytes(self.typestore.serialize_cdr(message, message.__msgtype__))
+
+    def definition(self, kind: str) -> str:
+        """Return the definition of a kind of messages."""
+        return str(self.typestore.generate_msgdef(kind, ros_version=2)[0])
 
     def _window(self, x: int, y: int, width: int, height: int) -> Any:
         return self._make("sensor_msgs/msg/RegionOfInterest", x_offset=x, y_offset=y, width=width, height=height,
                           do_rectify=False)
+
+    def grey_image(self, image: NDArray[np.uint8], stamp_ns: int, frame_id: str) -> Any:
+        """Return a sensor_msgs/Image (mono8) of an image, uint8, H x W."""
+        height, width = image.shape
+        return self._make("sensor_msgs/msg/Image", header=self.header(stamp_ns, frame_id), height=height, width=width,
+                          encoding="mono8", is_bigendian=0, step=width, data=np.ascontiguousarray(image).ravel())
+
+    def compressed_image(self, png: bytes, stamp_ns: int, frame_id: str) -> Any:
+        """Return a sensor_msgs/CompressedImage of the bytes of a PNG."""
+        return self._make("sensor_msgs/msg/CompressedImage", header=self.header(stamp_ns, frame_id), format="png",
+                          data=np.frombuffer(png, np.uint8))
+
+    def translation(self, parent: str, child: str, metres: tuple[float, float, float], stamp_ns: int) -> Any:
+        """Return a tf2_msgs/TFMessage: the coordinate frame `child` is at `metres` of `parent`, and not rotated."""
+        x, y, z   = metres
+        transform = self._make("geometry_msgs/msg/Transform",
+                               translation=self._make("geometry_msgs/msg/Vector3", x=x, y=y, z=z),
+                               rotation=self._make("geometry_msgs/msg/Quaternion", x=0.0, y=0.0, z=0.0, w=1.0))
+        return self._make("tf2_msgs/msg/TFMessage", transforms=[self._make(
+            "geometry_msgs/msg/TransformStamped", header=self.header(stamp_ns, parent), child_frame_id=child,
+            transform=transform)])
 
     def image(self, frame: StereoMessage, values: NDArray[np.float32]) -> Any:
         """Return a sensor_msgs/Image (32FC1) of values, float32, H x W."""

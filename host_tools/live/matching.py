@@ -12,12 +12,14 @@ import itertools
 import time
 from collections import deque
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..cameras.rectify import Rectifier
+from ..core.disparity_map import DisparityMap
+from ..core.filters import FilterChain
 from ..core.images import valid_percent
 from ..core.settings import MatcherSettings
 from ..core.speckle import SpeckleFilter
@@ -35,9 +37,11 @@ class MatchedShot:
     taken
         The images as they were taken.
     result
-        The map, after rectification's mask and the speckle filter, and how it was matched.
+        The map as the device returned it, after rectification's mask and the speckle filter, and how it was matched.
+    map
+        The same after all filters, with its cameras if there is a calibration. It may be smaller than the images.
     depth_m
-        float32, H x W, in metres, nan where there is none; None without a calibration.
+        Depth of `map`: float32, H x W, in metres, nan where there is none; None without a calibration.
     latency_s
         Time from taking the pair until its map was here, in seconds.
     rectifier
@@ -48,6 +52,7 @@ class MatchedShot:
 
     taken:     Shot
     result:    Result
+    map:       DisparityMap
     depth_m:   NDArray[np.float32] | None
     latency_s: float
     rectifier: Rectifier | None = None
@@ -63,7 +68,7 @@ class MatchedShot:
     @property
     def valid_of_all(self) -> float:
         """Pixels that have a disparity, in percent of all pixels of the map."""
-        return valid_percent(self.result.disparity, self.result.settings.invalid)
+        return valid_percent(self.map.disparity, self.map.settings.invalid)
 
 
 def rectified_shot(shot: Shot, rectifier: Rectifier) -> Shot:
@@ -74,11 +79,12 @@ def rectified_shot(shot: Shot, rectifier: Rectifier) -> Shot:
 
 @dataclass(frozen=True)
 class Matching:
-    """What is done to each pair of a stream: rectification if there is a calibration, the match, the speckle filter."""
+    """What is done to each pair of a stream: rectification if there is a calibration, the match, the filters."""
 
     settings:   MatcherSettings
     speckle:    SpeckleFilter
     rectifying: Rectifying | None
+    filters:    FilterChain = field(default_factory=FilterChain)
 
     @property
     def rectifier(self) -> Rectifier | None:
@@ -91,6 +97,11 @@ class Matching:
         if self.rectifier is not None:
             disparity = self.rectifier.clean(disparity, self.settings)
         return replace(result, disparity=self.speckle.apply(disparity, self.settings))
+
+    def filtered(self, result: Result) -> DisparityMap:
+        """Return the map of a finished result after all filters; raise as `FilterChain.process`."""
+        geometry = None if self.rectifier is None else self.rectifier.geometry
+        return self.filters.process(DisparityMap(result.disparity, self.settings, geometry))
 
 
 def match_source(device: Device, source: Source, matching: Matching, frames: int | None = None,
@@ -106,7 +117,7 @@ def match_source(device: Device, source: Source, matching: Matching, frames: int
 
     Raises
     ------
-    As `Device.stream`, `Source` and `Rectifier.rectify`.
+    As `Device.stream`, `Source`, `Rectifier.rectify` and `FilterChain.process`.
     """
     waiting   = deque[tuple[Shot, Shot | None]]()
     rectifier = matching.rectifier
@@ -124,8 +135,10 @@ def match_source(device: Device, source: Source, matching: Matching, frames: int
             waiting.append((shot, rectified))
             yield (rectified or shot).pair
 
+    matching.filters.reset()
     for matched in device.stream(pairs(), matching.settings, grids=grids):
         result          = matching.finish(matched)
         shot, rectified = waiting.popleft()
-        depth           = None if rectifier is None else rectifier.depth_m(result.disparity, matching.settings)
-        yield MatchedShot(shot, result, depth, time.monotonic() - shot.taken_at_s, rectifier, rectified)
+        map_            = matching.filtered(result)
+        depth_m         = map_.depth_m()
+        yield MatchedShot(shot, result, map_, depth_m, time.monotonic() - shot.taken_at_s, rectifier, rectified)

@@ -30,13 +30,14 @@ def montage(matched: MatchedShot) -> Picture:
     -------
     uint8, BGR: twice the width of the images, twice their height with a caption, 3 channels.
     """
-    settings = matched.result.settings
+    height, width = matched.shot.left.shape
+    settings = matched.map.settings
     tiles    = [("left", _colour(matched.shot.left)), ("right", _colour(matched.shot.right)),
                 (f"disparity, {settings.min_disparity} to {settings.min_disparity + settings.disparities - 1} pixels",
-                 color_image(matched.result.disparity, settings))]
+                 _grown(color_image(matched.map.disparity, settings), matched))]
     if matched.depth_m is not None:
-        tiles.append(depth_tile(matched.depth_m))
-    height, width = matched.shot.left.shape
+        caption, colours = depth_tile(matched.depth_m)
+        tiles.append((caption, _grown(colours, matched)))
     tiles        += [("", np.zeros((height, width, 3), np.uint8))]*(4 - len(tiles))
     captioned     = [np.vstack([_caption(name, width), picture]) for name, picture in tiles]
     return np.vstack([np.hstack(captioned[:2]), np.hstack(captioned[2:])])
@@ -53,6 +54,17 @@ def depth_tile(depth_m: NDArray[np.float32]) -> tuple[str, Picture]:
                          np.uint8)
     colour[~known] = 0
     return f"depth, {near:.2f} to {far:.2f} m", colour
+
+
+def _grown(colours: Picture, matched: MatchedShot) -> Picture:
+    """Return the colours of a map in the size of the images, black where the map has no pixel."""
+    factor = matched.map.factor
+    if factor == 1:
+        return colours
+    grown   = colours.repeat(factor, axis=0).repeat(factor, axis=1)
+    picture = np.zeros((*matched.shot.left.shape, 3), np.uint8)
+    picture[:grown.shape[0], :grown.shape[1]] = grown
+    return picture
 
 
 def _colour(image: NDArray[np.uint8]) -> Picture:

@@ -10,8 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.geometry import StereoGeometry
-from ..core.images import color_image, disparity_pixels
+from ..core.images import color_image
 from ..live.matching import MatchedShot
 from ..live.meter import Meter
 from .recording import Recording, Target
@@ -24,8 +23,8 @@ class Viewer:
     ----------
     target
         Where the recording goes.
-    geometry
-        For depth and cloud; None for neither.
+    calibrated
+        Whether the frames have cameras, and with them depth and cloud.
     max_points
         Largest number of points of a cloud: of a larger cloud every second, third, ... point is shown.
 
@@ -34,13 +33,12 @@ class Viewer:
     As `Recording`.
     """
 
-    def __init__(self, target: Target, geometry: StereoGeometry | None, max_points: int) -> None:
+    def __init__(self, target: Target, calibrated: bool, max_points: int) -> None:
         self._recording  = Recording(target)
-        self._geometry   = geometry
         self._max_points = max_points
         self._begin_s: float | None = None
         self.page        = self._recording.page
-        if geometry is not None:
+        if calibrated:
             # x to the right, y down, z ahead, as cameras have it.
             self._recording.log("world", self._recording.rerun.ViewCoordinates.RDF, static=True)
 
@@ -53,14 +51,14 @@ class Viewer:
         self._recording.stream.set_time("taken", duration=matched.taken.taken_at_s - self._begin_s)
         log("left", rerun.Image(matched.shot.left))
         log("right", rerun.Image(matched.shot.right))
-        colours = color_image(matched.result.disparity, matched.result.settings)
+        colours = color_image(matched.map.disparity, matched.map.settings)
         log("disparity", rerun.Image(colours, color_model="BGR"))
         log("rate/recent_frames_per_s", rerun.Scalars(meter.recent_frames_per_s))
         log("rate/latency_ms", rerun.Scalars(1000*matched.latency_s))
-        if self._geometry is not None and matched.depth_m is not None:
+        if matched.depth_m is not None:
             # To Rerun a depth of 0 means none.
             log("depth", rerun.DepthImage(np.nan_to_num(matched.depth_m), meter=1.0))
-            points, grey = cloud(self._geometry, matched, self._max_points)
+            points, grey = cloud(matched, self._max_points)
             log("world/points", rerun.Points3D(points, colors=np.repeat(grey[:, None], 3, axis=1)))
 
     def close(self) -> None:
@@ -68,11 +66,13 @@ class Viewer:
         self._recording.close()
 
 
-def cloud(geometry: StereoGeometry, matched: MatchedShot, max_points: int
-          ) -> tuple[NDArray[np.float32], NDArray[np.uint8]]:
-    """Return points of a frame (float32, N x 3, metres) and their grey values (uint8, N), N at most `max_points`."""
-    pixels = disparity_pixels(matched.result.disparity, matched.result.settings.invalid)
-    points = geometry.points_m(pixels)
+def cloud(matched: MatchedShot, max_points: int) -> tuple[NDArray[np.float32], NDArray[np.uint8]]:
+    """Return points of a frame (float32, N x 3, metres) and their grey values (uint8, N), N at most `max_points`.
+
+    The frame has cameras.
+    """
+    assert matched.map.geometry is not None, "a frame without cameras has no points"
+    points = matched.map.geometry.points_m(matched.map.pixels)
     there  = np.isfinite(points).all(axis=-1)
     step   = max(1, -(-int(there.sum())//max_points))
-    return points[there][::step], matched.shot.left[there][::step]
+    return points[there][::step], matched.map.picture(matched.shot.left)[there][::step]

@@ -17,9 +17,13 @@ from ...core.images import quiet_stderr
 from .base import Source
 from .files import FileSource
 from .pairing import ENDINGS, PairFiles, check_distinct, pair_files, pair_files_of_one
+from .recording import RecordingSource
 from .video import VideoSource
 
 _CAMERA = "camera:"
+
+#: Ending of recordings, in lower case.
+_RECORDING = ".mcap"
 
 #: Endings of video files, in lower case. OpenCV is asked what a file with another ending is.
 _VIDEOS = (".avi", ".mp4", ".mkv", ".mov", ".m4v", ".webm", ".mpg", ".mpeg", ".mjpeg", ".mjpg", ".ts", ".mts", ".m2ts",
@@ -32,6 +36,7 @@ EXAMPLES = {
     "left.png right.png": "one pair of images",
     "left.avi right.avi": "two videos",
     "both.avi":           "a video with both images side by side",
+    "recorded.mcap":      "a recording of `litestereo stream --record`",
     "camera:0 camera:1":  "two cameras, by OpenCV's numbers",
     "camera:0":           "a camera with both images side by side",
 }
@@ -65,6 +70,10 @@ def open_source(names: list[str]) -> Source:
             check_distinct(*paths)
     if kind == "a folder":
         return _folders(paths)
+    if kind == "a recording":
+        if len(paths) == 2:
+            raise UsageError(f"{paths[0]} has both images of each pair: a recording is a source alone")
+        return RecordingSource(paths[0])
     if kind == "an image":
         if len(paths) == 1:
             raise UsageError(f"{paths[0]} is one image, its right one is missing")
@@ -97,6 +106,8 @@ def _kind(place: Path | int) -> str:
     if place.is_dir():
         return "a folder"
     ending = place.suffix.lower()
+    if ending == _RECORDING:
+        return "a recording"
     if ending in _VIDEOS:
         return "a video"
     if ending in ENDINGS or _is_image(place):

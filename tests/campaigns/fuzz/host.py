@@ -28,15 +28,15 @@ from pathlib import Path
 from litestereo.host_tools.core.errors import LiteStereoError
 from litestereo.soc.build.paths import build_directory
 
-from . import host_cameras, host_files
+from . import host_cameras, host_files, host_recordings
 
 Target = Callable[[bytes], None]
 
 #: All targets by their names. Another module of files has to add its own here, and its seeds to `SEEDS`.
-TARGETS: dict[str, Target] = {**host_files.TARGETS, **host_cameras.TARGETS}
+TARGETS: dict[str, Target] = {**host_files.TARGETS, **host_cameras.TARGETS, **host_recordings.TARGETS}
 
 #: Valid files, from which the inputs are made.
-SEEDS: dict[str, list[bytes]] = {**host_files.SEEDS, **host_cameras.SEEDS}
+SEEDS: dict[str, list[bytes]] = {**host_files.SEEDS, **host_cameras.SEEDS, **host_recordings.SEEDS}
 
 #: Memory that this process may use in a campaign, in bytes: an input that asks for more fails.
 MEMORY_BYTES = 6 << 30

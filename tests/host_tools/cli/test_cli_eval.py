@@ -46,8 +46,9 @@ def no_device_in_the_environment(monkeypatch):
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """A folder of two pairs, one with a separate number of disparities."""
+    """A folder of two pairs, one with a separate number of disparities, and of an empty folder."""
     path = tmp_path_factory.mktemp("sets")
+    (path / "empty").mkdir()
     data_sets.litestereo(path / "own", 1)
     data_sets.middlebury_2014(path / "new", 2)
     return path
@@ -257,7 +258,7 @@ def test_the_environment_names_the_device(folder, monkeypatch, capfd):
     (["own", "--device", "foo:"], 2, "tcp://127.0.0.1:2000"),
     (["own", "--opencv", "bm", "--jobs", "0"], 2, "at least 1"),
     (["none", "--opencv", "bm"], 1, "no such folder"),
-    (["..", "--opencv", "bm"], 1, "no stereo pair"),
+    (["empty", "--opencv", "bm"], 1, "empty: has no stereo pair"),
     (["own", "--opencv", "bm", "--prefilter", "none"], 1, "without prefilter"),
     (["own", "--opencv", "sgbm", "--median"], 1, "a median"),
     (["own", "--opencv", "bm", "--disparities", "128"], 1, "too small"),

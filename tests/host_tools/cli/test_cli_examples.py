@@ -108,6 +108,10 @@ def runnable(words, ports):
     if "--cluster" in words:
         index = words.index("--cluster")
         del words[index:index + 2]
+    if "--region" in words:
+        # Inside these small images.
+        index = words.index("--region")
+        words[index + 1:index + 5] = [str(number) for number in (WIDTH//2, HEIGHT//4, WIDTH//4, HEIGHT//2)]
     if words[0] == "bench":
         words += ["--frames", "1"]
     if "camera:0" in words:
@@ -138,10 +142,16 @@ def test_examples_work(words, ports, tmp_path, monkeypatch, capfd):
                 path.rename(tmp_path/words[1]/f"{path.parent.name}-{path.name}")
     else:
         write_pairs(tmp_path, pair)
-    if words[0] == "export":
+    if any(word.startswith("out/disparity.") for word in words):
         settings = [word for name in ("--disparities", "--min-disparity") if name in words
                     for word in (name, words[words.index(name) + 1])]
         assert run("match", "left.png", "right.png", "-o", "out", "--device", "model:", *settings) == 0
+    played = any(word.startswith("played/") for word in words)
+    if played or "walk.mcap" in words and "--record" not in words:
+        assert run("stream", "left/", "right/", "--device", "model:", "--calibration", "calibration/",
+                   "--record", "walk.mcap") == 0
+    if played:
+        assert run("play", "walk.mcap", "-o", "played", "--format", "npy") == 0
     if words[0] == "calibration" and "--device" in words:
         # Each example finds a calibration on the device.
         assert run(*runnable(["calibration", "write", "calibration/", "--device", "tcp:"], ports)) == 0

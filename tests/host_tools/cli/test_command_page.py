@@ -17,10 +17,14 @@ import pytest
 
 from litestereo.host_tools import cli
 from litestereo.host_tools.cameras.camera_info import ideal_cameras, write_camera_info
-from litestereo.host_tools.cameras.rectify import FILES
+from litestereo.host_tools.cameras.rectify import FILES, Rectifier
 from litestereo.host_tools.cli import update
+from litestereo.host_tools.core.disparity_map import DisparityMap
 from litestereo.host_tools.core.features import Capability
 from litestereo.host_tools.core.geometry import StereoGeometry
+from litestereo.host_tools.core.settings import MatcherSettings
+from litestereo.host_tools.data.sources import Shot
+from litestereo.host_tools.export.recorder import recording
 from litestereo.host_tools.protocol import payloads
 from support import data_sets, rig
 from support.command import run
@@ -37,7 +41,9 @@ JSON_COMMANDS = {
     "match":     ["left.png", "right.png", "-o", "out", *SMALL, "--calibration", "calibration",
                   "--ground-truth", "truth.png"],
     "stream":    ["left.avi", "right.avi", "-o", "maps", *SMALL, "--calibration", "calibration"],
+    "play":      ["walk.mcap", "-o", "played"],
     "view":      ["left.avi", "right.avi", "--montage", "out.png", *SMALL],
+    "measure":   ["left.avi", "right.avi", "--calibration", "calibration", "--true-distance", "2.5", *SMALL],
     "calibrate": ["boards/left", "boards/right", "--pattern", "chessboard", "9x6", "--square", "0.025",
                   "-o", "cameras"],
     "calibration": ["show", "calibration"],
@@ -86,6 +92,10 @@ def folder(tmp_path_factory):
         write_camera_info(folder/"calibration"/name, camera)
     for name in ("data/teddy", "data/cones"):
         data_sets.write(folder/name, {"left.png": left, "right.png": right, "disp_left_u16.png": truth})
+    settings = MatcherSettings(16, 5)
+    cameras  = ideal_cameras(geometry)
+    with recording(folder/"walk.mcap", settings, (Rectifier(*cameras).geometry, cameras), False) as recorder:
+        recorder.add(Shot("0", left, right), DisparityMap(np.full(left.shape, 16*SHIFT, np.int16), settings, geometry))
     # One more picture of the left camera has no partner.
     write_video(folder/"left.avi",  [left]*3)
     write_video(folder/"right.avi", [right]*2)
@@ -120,7 +130,7 @@ class FakeDevice:
 def test_every_option_is_on_the_page(command):
     """In the section of the command, or among those of several commands; and the section names no others."""
     own    = names(sections()[command])
-    shared = names(sections()["Options of several commands"]) | names(sections()["Matching"])
+    shared = set().union(*(names(sections()[part]) for part in ("Options of several commands", "Matching", "Filters")))
     known  = {option for action in parsers()[command]._actions for option in action.option_strings} - {"--help", "-h"}
     assert {option for option in known if option not in own | shared} == set()
     assert {name for name in own if name.startswith("--")} - known == set()
@@ -136,7 +146,7 @@ def test_every_key_of_json_is_on_the_page(command, folder, monkeypatch, capfd):
     out   = capfd.readouterr().out
     lines = out.splitlines() if command == "stream" else [out]
     found = set().union(*(keys(json.loads(line)) for line in lines))
-    named = names(sections()[command]) | names(sections()["Matching"])
+    named = set().union(*(names(sections()[part]) for part in (command, "Matching", "Filters")))
     if command == "match":
         named |= names(sections()["eval"])
     assert {name for name in found if name not in named} == set()

@@ -44,7 +44,7 @@ print(len(list(coverage_directory().rglob("*.dat"))))
 @pytest.mark.parametrize("built", ["", "line"])
 @pytest.mark.parametrize("freed", ["", "line"])
 def test_a_model_counts_as_it_was_built(built, freed, tmp_path):
-    """A model that was built to count writes its counts, and no other does, whatever is wanted when it is freed."""
+    """A model that was built to count writes its counts, and no other does, with any setting when it is freed."""
     environment = os.environ | {"LITESTEREO_COVERAGE": built, "LITESTEREO_COVERAGE_DIRECTORY": str(tmp_path / "counts")}
     done = subprocess.run([sys.executable, "-c", FREED, freed], env=environment, capture_output=True, text=True,
                           check=False)
