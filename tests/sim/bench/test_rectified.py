@@ -1,0 +1,95 @@
+#
+# This file is part of LiteStereo.
+#
+# SPDX-License-Identifier: BSD-2-Clause
+
+"""The clocks of rectified frames: their floors, in the full system at a small size."""
+
+from __future__ import annotations
+
+import re
+import struct
+import zlib
+
+import pytest
+
+from litestereo.host_tools.core.errors import LiteStereoError
+from litestereo.host_tools.core.grid import row_budget
+from litestereo.host_tools.protocol.messages import REPLY, Message, MessageType
+from litestereo.sim.bench import rectified
+from litestereo.sim.bench.clocks import CASES
+from litestereo.sim.bench.rectified import (
+    MODES,
+    RectifiedClocks,
+    map_begins,
+    mean_distance,
+    measure_rectified,
+    rig,
+)
+from litestereo.sim.system.capture import Captured
+from litestereo.sim.system.simulation import with_calibration
+
+
+def test_rig():
+    """The rig of the bench is straight enough for frames that follow one another: see docs/rectification.md."""
+    budget = row_budget(rig(*CASES[0][:2]).grids)
+    assert 8 <= budget.delay <= 12
+    assert row_budget(rig(320, 240, 0.25).grids).delay <= 3
+
+
+def test_flash_with_a_calibration():
+    """The record is the first copy of its kind, as docs/firmware.md has it; the rest of the flash is erased."""
+    flash = with_calibration(b"\xff"*2**17, b"calibration")
+    begin = 4096 + 2*5*4096
+    magic, kind, sequence, size, crc = struct.unpack_from("<4s4I", flash, begin)
+    assert (magic, kind, sequence, size) == (b"LSRC", 1, 0, 11)
+    assert crc == zlib.crc32(flash[begin:begin + 16] + b"calibration")
+    assert flash[begin + 256:begin + 267] == b"calibration"
+    assert len(flash) == 2**17 and len(flash.replace(b"\xff", b"")) <= 20 + 11
+
+
+def part(clock, frame, to_device=False):
+    """Return a part of a map on the wire."""
+    return Captured(clock, to_device, Message(MessageType.READ | REPLY, 0, 0, frame, 0, b""))
+
+
+def test_clocks_from_frame_to_frame():
+    """They are counted from the first part of a map to that of the next one."""
+    wire = [part(1000, 8), part(1003, 8), part(1500, 9, True), part(2000, 9), part(2900, 10)]
+    assert map_begins(wire) == [1000, 2000, 2900]
+    assert mean_distance(map_begins(wire)) == 950
+
+
+def test_frames_that_take_too_long(monkeypatch):
+    """A frame with more clocks than the floors allow fails the bench, with its numbers."""
+    RectifiedClocks(640, 480, 10, 320000, 320000.0).check()
+    with pytest.raises(LiteStereoError, match=re.escape("a frame alone takes 1.040 clocks per pixel, more than 1.03")):
+        RectifiedClocks(640, 480, 10, 326144, 320000.0).check()
+    slow = RectifiedClocks(640, 480, 10, 320000, 325632.0)
+    with pytest.raises(LiteStereoError, match=re.escape("that follow takes 1.060 clocks per pixel, more than 1.05")):
+        slow.check()
+    monkeypatch.setattr(rectified, "measure_rectified", lambda *_: {"stored": slow})
+    with pytest.raises(LiteStereoError, match="more than"):
+        rectified.rectified_figures(640, 480)
+
+
+def test_figures(monkeypatch):
+    """The bench has a row for each figure of both ways in which frames come."""
+    monkeypatch.setattr(rectified, "measure_rectified", lambda *_: dict.fromkeys(
+        MODES, RectifiedClocks(640, 480, 10, 319000, 318000.4)))
+    rows = {row["name"]: row["value"] for row in rectified.rectified_figures(640, 480)}
+    assert len(rows) == 10
+    assert rows["rectified_clocks_per_frame/640x480/d16/b9/streamed"] == 319000
+    assert rows["rectified_clocks_per_queued_pixel/640x480/d16/b9/stored"] == 1.0352
+    assert rows["rectified_clocks_per_pixel_and_delay/640x480/d16/b9/stored"] == 1.0172
+
+
+@pytest.mark.system
+@pytest.mark.long
+def test_clocks_of_rectified_frames():
+    """A small frame, and frames that follow one another, stored and streamed, keep the floors of the bench."""
+    measured = measure_rectified(320, 240, 0.25)
+    assert tuple(measured) == MODES
+    for mode, found in measured.items():
+        print(mode, found, found.per_pixel_with_delay, found.queued_per_pixel)
+        found.check()
