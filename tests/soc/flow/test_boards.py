@@ -17,6 +17,7 @@ import pytest
 from migen import Signal
 
 from litestereo.firmware import FIRMWARE_DIR
+from litestereo.host_tools.cameras.builds import BUILDS
 from litestereo.sim.socs.flash_model import flash_model_bytes
 from litestereo.soc.boards import BOARDS, OPEN_BOARDS, VENDOR_TOOLS, soc_class
 from litestereo.soc.boards.board_soc import FLASH_RECORDS_BYTES
@@ -191,6 +192,14 @@ def test_document():
     assert "passes, on that computer: colorlight_i5, colorlight_i9, ecpix5." in one
     with pytest.raises(ToolError):
         boards.document({"ulx3s": built("ulx3s", achieved=1.0)}, {})
+
+
+def test_rectifiers_that_the_host_names():
+    """The host knows the rectifiers of the presets."""
+    presets = {board: soc_class(board).preset for board in BOARDS}
+    built   = {board: (preset.max_width, preset.rectification_rows) for board, preset in presets.items()
+               if "rectification" in preset.features}
+    assert built == {board: (build.width, build.rows) for board, build in BUILDS.items()}
 
 
 def test_changed_preset():
