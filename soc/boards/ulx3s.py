@@ -67,8 +67,9 @@ class ULX3S(BoardSoC):
         disparities    = 128,
         max_block_size = 15,
         features       = RECTIFYING_FEATURES,
-        sys_clk_freq   = 75000000,
+        sys_clk_freq   = 62500000,
         with_screen    = True,
+        seed           = 2,
     )
 
     def make_platform(self):
