@@ -129,8 +129,7 @@ class MemoryWriter(LiteXModule):
             self.sink = self.dma.sink
             self.comb += self.written.eq(bus.stb & bus.ack)
         else:
-            self.dma  = LiteDRAMDMAWriter(_with_words_registered(self, port), fifo_depth=fifo_depth,
-                fifo_buffered=buffered(fifo_depth))
+            self.dma  = LiteDRAMDMAWriter(port, fifo_depth=fifo_depth, fifo_buffered=buffered(fifo_depth))
             # Later commands to the bank wait for this one, so a word that was taken counts as written.
             self.comb += self.written.eq(port.wdata.valid & port.wdata.ready)
             self.sink = _registered(self, self.dma.sink)
@@ -143,22 +142,6 @@ def _registered(module, sink):
     module.buffer = buffer = stream.Buffer(sink.description)
     module.comb += buffer.source.connect(sink)
     return buffer.sink
-
-def _with_words_registered(module, port):
-    """Return a port whose words reach `port` through a register.
-
-    The way out of a FIFO in block RAM and through the crossbar to the pins does not fit one clock. LiteDRAM does not
-    wait for a word: it takes it as `wdata.ready` says, three clocks after the command or later. The FIFO shows a word
-    one clock after the command, or two if it is block RAM, so that the register has it in time.
-    """
-    inner  = LiteDRAMNativePort("write", port.address_width, port.data_width)
-    module.word_buffer = buffer = stream.Buffer(inner.wdata.description)
-    module.comb += [
-        inner.cmd.connect(port.cmd),
-        inner.wdata.connect(buffer.sink),
-        buffer.source.connect(port.wdata)
-    ]
-    return inner
 
 def _with_errors_as_answers(module, port):
     """Return a bus to `port` on which an error ends the access as an acknowledge does, and pulses `module.error`.

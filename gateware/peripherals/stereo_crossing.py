@@ -103,9 +103,8 @@ class StereoPeripheralCrossing(PeripheralCSR, LiteXModule):
             self.add_csr()
             self.add_irq()
 
-    @property
     def takes_pairs(self):
-        """Whether a streamed frame is under way, whose pairs it takes or has taken: an expression in `sys`."""
+        """Return whether a streamed frame is under way, whose pairs it takes or has taken: an expression in `sys`."""
         return self.busy & self.core.streamed
 
     def add_settings(self, begin):

@@ -111,9 +111,8 @@ class StereoPeripheral(PeripheralCSR, LiteXModule):
             self.add_csr()
             self.add_irq()
 
-    @property
     def takes_pairs(self):
-        """Whether a streamed frame is under way, whose pairs it takes or has taken: an expression in `sys`."""
+        """Return whether a streamed frame is under way, whose pairs it takes or has taken: an expression in `sys`."""
         return self.busy & self.frame.streamed
 
     def add_rectification(self, ports, burst_bytes, begin):

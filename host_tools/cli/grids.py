@@ -3,13 +3,13 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""What commands say of the grids of a calibration: their error, the rows they need, the boards that can use them."""
+"""What commands say of the grids of a calibration: their error, the rows they need, the boards with room for them."""
 
 from __future__ import annotations
 
 from typing import Any
 
-from ..cameras.builds import rectifying_boards
+from ..cameras.builds import boards_with_room
 from ..cameras.pair_grids import FittedGrids, PairGrids
 from ..cameras.rectify import PairMaps
 
@@ -28,7 +28,7 @@ def grid_values(grids: PairGrids) -> dict[str, Any]:
         "rms_px":     None if error is None else error.rms_px,
         "rows":       grids.rows,
         "delay_rows": grids.delay_rows,
-        "boards":     rectifying_boards(grids),
+        "boards":     boards_with_room(grids),
     }
 
 
@@ -47,5 +47,5 @@ def lines_of_grids(grids: PairGrids) -> list[str]:
     return [
         f"grid          {values['crc']}{error}",
         f"rows          {values['rows']} at once, delay {values['delay_rows']} rows",
-        f"boards        {', '.join(values['boards']) or 'none has a rectifier for it: the host rectifies'}",
+        f"boards        none has a rectifier yet; block RAM to spare for it: {', '.join(values['boards']) or 'none'}",
     ]

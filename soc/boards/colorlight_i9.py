@@ -16,6 +16,6 @@ class ColorlightI9(ColorlightSoC):
     preset       = Preset(
         disparities    = 64,
         max_block_size = 9,
-        sys_clk_freq   = 75000000,
-        fast_ram_bytes = 40*1024,
+        sys_clk_freq   = 65000000,
+        seed           = 3,
     )

@@ -20,7 +20,7 @@ from liteeth.phy.ecp5rgmii import LiteEthPHYRGMII
 from litex_boards.platforms.lambdaconcept_ecpix5 import Platform
 
 from .board_soc import BoardSoC, SDR_SETTINGS
-from .preset    import Preset, RECTIFYING_FEATURES
+from .preset    import Preset
 
 # Clocks -------------------------------------------------------------------------------------------
 
@@ -88,10 +88,8 @@ class ECPIX5(BoardSoC):
     preset        = Preset(
         disparities    = 128,
         max_block_size = 15,
-        features       = RECTIFYING_FEATURES,
-        sys_clk_freq   = 75000000,
-        matcher_hz     = 125000000,
-        fast_ram_bytes = 40*1024,
+        sys_clk_freq   = 70000000,
+        matcher_hz     = 100000000,
     )
 
     def make_platform(self):

@@ -11,9 +11,6 @@ from dataclasses import dataclass, field
 
 from ...gateware.common.parameters import STEREO_BM_FEATURES, MatcherParameters
 
-# All stages, and the rectification of raw pairs in front of them.
-RECTIFYING_FEATURES = (*STEREO_BM_FEATURES, "rectification")
-
 def option(default, text):
     """Return a field with the help of its option in a target."""
     return field(default=default, metadata={"help": text})

@@ -19,7 +19,7 @@ from litex_boards.platforms.radiona_ulx3s import Platform
 
 from ..parts.hdmi_phy import HDMIPHY
 from .board_soc       import BoardSoC, PIXEL_DOMAIN, PIXEL_HZ, SDR_SETTINGS
-from .preset          import Preset, RECTIFYING_FEATURES
+from .preset          import Preset
 
 # Clocks -------------------------------------------------------------------------------------------
 
@@ -66,7 +66,6 @@ class ULX3S(BoardSoC):
     preset          = Preset(
         disparities    = 128,
         max_block_size = 15,
-        features       = RECTIFYING_FEATURES,
         sys_clk_freq   = 62500000,
         with_screen    = True,
         seed           = 2,

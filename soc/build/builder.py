@@ -13,7 +13,6 @@ from pathlib import Path
 
 from litex.soc.integration.builder import Builder
 
-from .names import names_in_order
 from .paths import build_directory, built_once, content_key
 
 # LiteX's libraries; without SDRAM LiteDRAM's is empty.
@@ -42,10 +41,6 @@ class StereoBuilder(Builder):
         if not bios:
             self.software_packages  = [(name, path) for name, path in self.software_packages if name in LIBRARIES]
             self.software_libraries = [library for library in self.software_libraries if library in LIBRARIES]
-
-    def build(self, **kwargs):
-        with names_in_order():
-            return Builder.build(self, **kwargs)
 
     def _prepare_rom_software(self):
         Builder._prepare_rom_software(self)

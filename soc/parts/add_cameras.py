@@ -61,7 +61,7 @@ class CamerasMixin(DMAChecks):
         cameras = CameraPeripheral(parameters)
         self.comb += [
             cameras.source.connect(matcher.pairs),
-            cameras.open.eq(matcher.takes_pairs),
+            cameras.open.eq(matcher.takes_pairs()),
         ]
         # The frame link's place.
         matcher.entry = cameras.others

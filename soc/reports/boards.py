@@ -10,7 +10,6 @@ from __future__ import annotations
 import sys
 
 from ..boards         import BOARDS, OPEN_BOARDS, VENDOR_TOOLS, soc_class
-from ..boards.preset  import Preset
 from ..build.pages    import Page
 from ..build.paths    import content_key
 from ..build.tools    import ToolError
@@ -33,15 +32,10 @@ bitstream. Wiring and first steps are on the page of each board.
 
 SITES = {"TRELLIS_COMB": "combinational", "TRELLIS_FF": "FF", "DP16KD": "block RAM", "MULT18X18D": "DSP"}
 
-def features_text(preset: Preset) -> str:
-    """Return the features of a preset, with the rows of its rectification."""
-    rows = {"rectification": f"rectification ({preset.rectification_rows} rows)"}
-    return ", ".join(rows.get(feature, feature) for feature in preset.features)
-
 def preset_row(board: str) -> list:
     """Return a board and its preset as a row."""
     preset = soc_class(board).preset
-    return [board, preset.disparities, preset.max_block_size, features_text(preset), preset.cpu_variant,
+    return [board, preset.disparities, preset.max_block_size, ", ".join(preset.features), preset.cpu_variant,
         f"{preset.sys_clk_freq/1e6:g}", f"{preset.pixels_per_second/1e6:g}", f"{preset.frames_per_second:.1f}"]
 
 PRESET_COLUMNS = ["board", "disparities", "block", "features", "VexRiscv", "system, MHz", "matcher, MHz",

@@ -110,36 +110,26 @@ class WishboneSlave(Slave):
         self.put(**answer)
 
 
-#: Clocks from a command to the first one in which LiteDRAM may take its word: queue and buffer of a bank, which has the
-#: row open already, and a register of the crossbar. A PHY with a write latency adds to them.
-WRITE_CLOCKS = 3
-
-
 class NativeSlave(Slave):
-    """A LiteDRAM native port: commands queue, data follow in order, and data do not wait.
-
-    A word that is to be written must be there in any clock from `WRITE_CLOCKS` after its command on.
-    """
+    """A LiteDRAM native port: commands queue, data follow in order, and read data do not wait."""
     def reset(self) -> None:
         """Forget all that a reset has aborted."""
         self.reads:  deque[int] = deque()
-        self.writes: deque[tuple[int, int]] = deque() # Address, and the clock from which on its word may be taken.
+        self.writes: deque[int] = deque()
         self.held: tuple[int, int] | None = None
-        self.clock = 0
 
     def step(self) -> None:
         """Accept commands and transfer data; called before each rising edge."""
         # Data of commands from earlier clocks.
         moves_read  = bool(self.reads) and self.memory.goes()
-        moves_write = bool(self.writes) and self.memory.goes() and self.clock >= self.writes[0][1]
+        moves_write = bool(self.writes) and self.memory.goes()
         self.put(rdata_valid=moves_read, wdata_ready=moves_write,
                  rdata_data=self.memory.read(self.reads.popleft()) if moves_read else 0)
         if moves_read:
             assert self.get("rdata_ready"), "the master did not accept read data"
-        if moves_write:
-            assert self.get("wdata_valid"), "the word was not there when LiteDRAM may take it"
+        if moves_write and self.get("wdata_valid"):
             assert self.get("wdata_we") == 2**self.memory.word_bytes - 1
-            self.memory.write(self.writes.popleft()[0], self.get("wdata_data"))
+            self.memory.write(self.writes.popleft(), self.get("wdata_data"))
         # Commands.
         ready = self.memory.goes()
         self.put(cmd_ready=ready)
@@ -147,12 +137,7 @@ class NativeSlave(Slave):
         assert self.held in (None, command), "the master let go of a command that was not taken"
         self.held = None if ready else command
         if ready and command:
-            address, writes = command
-            if writes:
-                self.writes.append((address, self.clock + WRITE_CLOCKS))
-            else:
-                self.reads.append(address)
-        self.clock += 1
+            (self.writes if command[1] else self.reads).append(command[0])
 
 
 def slave(core, prefix: str, port, memory: Memory) -> WishboneSlave | NativeSlave:

@@ -57,7 +57,7 @@ class Top(LiteXModule):
         self.bank    = csr_bus.CSRBank(cameras.get_csrs(sort=True), bus=self.bus)
         self.comb += [
             cameras.source.connect(self.stereo.pairs),
-            cameras.open.eq(self.stereo.takes_pairs),
+            cameras.open.eq(self.stereo.takes_pairs()),
         ]
 
 

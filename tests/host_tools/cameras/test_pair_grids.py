@@ -3,23 +3,25 @@
 #
 # SPDX-License-Identifier: BSD-2-Clause
 
-"""Grids of a pair: which cameras have none, and why; and the boards that can use them."""
+"""Grids of a pair: which cameras have none, and why; and the boards with room for them."""
 
 from __future__ import annotations
 
 import dataclasses
 import math
+import re
 
 import numpy as np
 import pytest
 
-from litestereo.host_tools.cameras.builds import BUILDS, rectifying_boards
+from litestereo.host_tools.cameras.builds import BUILDS, LEAST_ROWS, MOST_ROWS, boards_with_room
 from litestereo.host_tools.cameras.camera_info import ideal_cameras
 from litestereo.host_tools.cameras.pair_grids import LEAD, fit_pair
 from litestereo.host_tools.cameras.rectify import Rectifier
 from litestereo.host_tools.core.geometry import StereoGeometry
 from litestereo.host_tools.core.grid import Grid, grid_crc, grid_shape
 from support.pairs import generator
+from support.paths import CHECKOUT
 from support.rectification_maps import drawn_pair
 from support.rigs import drawn_maps
 
@@ -93,11 +95,32 @@ def test_halves_do_not_depend_on_the_last_bits():
 
 # Boards.
 
+def blocks(rows, width):
+    """Return the block RAMs of two rings, and of both cameras' grids at 480 rows."""
+    nodes = math.prod(grid_shape(width, 480))
+    return 2*4*math.ceil(rows//2*math.ceil(width/2)/2048) + 2*math.ceil(2*nodes/512)
+
+
+def test_boards_have_room():
+    """Each board has block RAM to spare for its rows, and no board for more; the page has the same numbers."""
+    page = (CHECKOUT/"docs"/"rectification.md").read_text(encoding="utf-8")
+    rows = re.findall(r"(?m)^\| [\w -]+ \| (\d+)(?:, halves of a block)? \| (\d+|none) \|$", page)
+    assert sorted((int(spare), 0 if most == "none" else int(most)) for spare, most in rows) == sorted(
+        (room.blocks, room.rows) for room in BUILDS.values())
+    for name, room in BUILDS.items():
+        assert room.rows == 0 or LEAST_ROWS <= room.rows <= MOST_ROWS and room.rows % 2 == 0, name
+        assert room.rows == 0 or blocks(room.rows, room.width) <= room.blocks, name
+        assert room.rows == MOST_ROWS or blocks(room.rows + 2 if room.rows else LEAST_ROWS, room.width) > room.blocks
+
+
 def test_boards_by_rows():
     columns, rows = np.meshgrid(np.arange(WIDTH, dtype=np.float32), np.arange(HEIGHT, dtype=np.float32))
 
     def boards(below):
-        return rectifying_boards(fit_pair([(columns, rows), (columns, rows + below)]))
+        return boards_with_room(fit_pair([(columns, rows), (columns, rows + below)]))
 
-    assert boards(0) == boards(58) == list(BUILDS)
-    assert boards(60) == []
+    assert boards(0) == boards(18) == ["colorlight_i9", "ulx3s", "ecpix5", "arty", "atlys"]
+    assert boards(20) == boards(44) == ["ulx3s", "ecpix5", "arty", "atlys"]
+    assert boards(46) == boards(58) == ["ulx3s", "ecpix5", "arty"]
+    assert boards(60) == boards(90) == ["ulx3s", "ecpix5"]
+    assert boards(92) == []

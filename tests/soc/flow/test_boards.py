@@ -14,14 +14,11 @@ import zlib
 from dataclasses import replace
 
 import pytest
-from migen import Signal
 
 from litestereo.firmware import FIRMWARE_DIR
-from litestereo.host_tools.cameras.builds import BUILDS
 from litestereo.sim.socs.flash_model import flash_model_bytes
 from litestereo.soc.boards import BOARDS, OPEN_BOARDS, VENDOR_TOOLS, soc_class
 from litestereo.soc.boards.board_soc import FLASH_RECORDS_BYTES
-from litestereo.soc.build.names import names_in_order
 from litestereo.soc.build.tools import ToolError
 from litestereo.soc.flow import bitstream, check, flash_room, loader, sources, target, vendor
 from litestereo.soc.flow.synthesis import Resources
@@ -63,26 +60,6 @@ def test_sources(board, monkeypatch):
     assert "/" not in files["top.ys"].replace("//", "")
     assert "FREQUENCY PORT" in bitstream.constraints(made)
     assert "--timing-allow-fail" not in bitstream.options(made)
-
-
-#: Names that several signals of LiteX's cores claim: `names_in_order` numbers them. Ours claim a name each.
-SHARED_NAMES = {board: {"sdrio_clk"} for board in ("colorlight_i5", "colorlight_i9", "ulx3s")}
-
-
-@pytest.mark.parametrize("board", BOARDS)
-def test_names(board):
-    """No two signals of our gateware claim one name; those of LiteX's are numbered as they were made."""
-    soc = soc_class(board)(soc_class(board).preset, ident_version=False)
-    soc.finalize()
-    with names_in_order():
-        names = soc.platform.get_verilog(soc.get_fragment(), name="top").ns
-    claims: dict[str, list[int]] = {}
-    for signal, number in sorted(((signal, number) for signal, number in names.sigs.items()
-                                  if isinstance(signal, Signal)), key=lambda claim: claim[0].duid):
-        claims.setdefault(signal.name_override or names.name_dict[signal], []).append(number)
-    shared = {name: numbers for name, numbers in claims.items() if len(numbers) > 1}
-    assert set(shared) == SHARED_NAMES.get(board, set())
-    assert all(numbers == list(range(len(numbers))) for numbers in shared.values())
 
 
 #: Inputs of each vendor's tool: its script, and the board's pins and clocks.
@@ -192,14 +169,6 @@ def test_document():
     assert "passes, on that computer: colorlight_i5, colorlight_i9, ecpix5." in one
     with pytest.raises(ToolError):
         boards.document({"ulx3s": built("ulx3s", achieved=1.0)}, {})
-
-
-def test_rectifiers_that_the_host_names():
-    """The host knows the rectifiers of the presets."""
-    presets = {board: soc_class(board).preset for board in BOARDS}
-    built   = {board: (preset.max_width, preset.rectification_rows) for board, preset in presets.items()
-               if "rectification" in preset.features}
-    assert built == {board: (build.width, build.rows) for board, build in BUILDS.items()}
 
 
 def test_changed_preset():
