@@ -188,7 +188,7 @@ FAULTS = {
         "a pair begins when what follows takes one"),
     "a pixel without its partner": (
         pair_join, "pair_join", "PairJoin", "left.ready.eq(right.valid & source.ready)", "left.ready.eq(source.ready)",
-        "left: pixels leave in their places"),
+        "so is the last"),
     "damages of the other side": (
         pair_join, "pair_join", "PairJoin", "Cat(*self.damages)", "Cat(*self.damages[::-1])",
         "then it has the damages of both"),
