@@ -139,18 +139,8 @@ def measure_flow(case: EthernetCase) -> Flow:
 
 
 @contextlib.contextmanager
-def paced_device(case: EthernetCase, capture: Path, counts: Path | None = None,
-                 calibration: bytes | None = None) -> Iterator[UdpDevice]:
-    """Simulate a device whose time the host shares.
-
-    Parameters
-    ----------
-    case
-        What is simulated.
-    capture, counts
-        Files for all frames on the wire, and for the counts of the memory.
-    calibration
-        Record in the flash of a SoC that rectifies.
+def paced_device(case: EthernetCase, capture: Path, counts: Path | None = None) -> Iterator[UdpDevice]:
+    """Simulate a device whose time the host shares, with a file for the wire and one for the memory's counts.
 
     Raises
     ------
@@ -160,7 +150,7 @@ def paced_device(case: EthernetCase, capture: Path, counts: Path | None = None,
     with (start_simulation(case.ram, byte_clock_hz=case.simulated_hz(case.wire_hz), capture=capture,
                            memory_counts=counts, timeout_s=START_LIMIT_S,
                            matcher_clock_hz=case.simulated_hz(case.matcher_hz),
-                           paced_latency=round(HOST_LATENCY_S*case.wire_hz), calibration=calibration) as simulation,
+                           paced_latency=round(HOST_LATENCY_S*case.wire_hz)) as simulation,
           contextlib.closing(PacedChannel(simulation.paced, case.wire_hz)) as channel, time_of(channel),
           UdpDevice("sim:", channel, streamed=case.mode == "streamed") as device):
         yield device

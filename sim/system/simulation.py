@@ -14,7 +14,6 @@ import os
 import re
 import shutil
 import socket
-import struct
 import subprocess
 import tempfile
 import time
@@ -31,13 +30,6 @@ PROMPT = b"litestereo> "
 
 #: Clock of the simulated SoC; sim/socs/simulated_soc.py says the same.
 SYS_CLK_HZ = 1_000_000
-
-#: Where records are in the flash of the SoC `rectifying`: sim/socs/simulated_soc.py says the same.
-RECORDS_OFFSET = 4096
-
-#: A copy of a record: its bytes, where its data begins, its magic number, and the kind of a calibration; the firmware's
-#: records.h and record_copy.h say the same.
-RECORD_COPY_BYTES, RECORD_DATA_OFFSET, RECORD_MAGIC, CALIBRATION_KIND = 5*4096, 256, 0x4352534c, 1
 
 #: What the Ethernet of the SoC can be tied to, and the litex_sim module for each.
 WIRES = {"socket": "ethernet2socket", "tap": "ethernet"}
@@ -107,8 +99,7 @@ def start_simulation(ram: str = "integrated-ram", port: int = 0, udp_port: int =
                      byte_clock_hz: int = SYS_CLK_HZ, capture: Path | None = None, timeout_s: float = 300.0,
                      example: str | None = None, stranger: Stranger | None = None,
                      paced_latency: int | None = None, memory_counts: Path | None = None,
-                     matcher_clock_hz: int = 0, calibration: bytes | None = None,
-                     program: Path | None = None) -> Simulation:
+                     matcher_clock_hz: int = 0, program: Path | None = None) -> Simulation:
     """Build what is missing, start the simulation and wait for the firmware's prompt.
 
     Parameters
@@ -140,8 +131,6 @@ def start_simulation(ram: str = "integrated-ram", port: int = 0, udp_port: int =
         sim/socs/modules/memory2file.
     matcher_clock_hz
         Clock of a matcher that has a separate one; 0: the SoC's own choice.
-    calibration
-        Calibration record that is in the flash of `rectifying` from the start.
     program
         Source of another program in `firmware/`, in place of our firmware; there is no prompt to wait for then.
 
@@ -163,9 +152,6 @@ def start_simulation(ram: str = "integrated-ram", port: int = 0, udp_port: int =
     runs.mkdir(parents=True, exist_ok=True)
     folder   = Path(tempfile.mkdtemp(prefix=f"{ram}-", dir=runs))
     contents = memory_contents(ram, soc, firmware)
-    if calibration is not None:
-        flash, word_bytes = contents["sim_flash.init"]
-        contents["sim_flash.init"] = (with_calibration(flash, calibration), word_bytes)
     _prepare_memories(folder, soc / "gateware", contents)
     _prepare_modules(folder, soc / "gateware", {
         "serial2socket":   {"port": port},
@@ -235,16 +221,6 @@ def memory_contents(ram: str, soc: Path, firmware: bytes) -> dict[str, tuple[byt
     flash = json.loads((soc / "board.json").read_text())["flash"]
     return {"sim_flash.init": (image.ljust(flash["bytes"], b"\xff")*flash["images"] + b"\xff"*flash["records"], 4),
             "sim_rom.init":   (build_boot(soc).read_bytes(), 4)}
-
-
-def with_calibration(flash: bytes, calibration: bytes) -> bytes:
-    """Return an erased flash of the SoC `rectifying` with a calibration record, as the firmware stores it."""
-    head  = struct.pack("<4I", RECORD_MAGIC, CALIBRATION_KIND, 0, len(calibration))
-    head += struct.pack("<I", zlib.crc32(calibration, zlib.crc32(head)))
-    begin = RECORDS_OFFSET + CALIBRATION_KIND*2*RECORD_COPY_BYTES
-    data  = begin + RECORD_DATA_OFFSET
-    return (flash[:begin] + head + flash[begin + len(head):data] + calibration
-            + flash[data + len(calibration):])
 
 
 def _prepare_memories(folder: Path, gateware: Path, contents: dict[str, tuple[bytes, int]]) -> None:

@@ -8,8 +8,6 @@
 from __future__ import annotations
 
 import re
-import struct
-import zlib
 
 import pytest
 
@@ -27,7 +25,6 @@ from litestereo.sim.bench.rectified import (
     rig,
 )
 from litestereo.sim.system.capture import Captured
-from litestereo.sim.system.simulation import with_calibration
 
 
 def test_rig():
@@ -35,17 +32,6 @@ def test_rig():
     budget = row_budget(rig(*CASES[0][:2]).grids)
     assert 8 <= budget.delay <= 12
     assert row_budget(rig(320, 240, 0.25).grids).delay <= 3
-
-
-def test_flash_with_a_calibration():
-    """The record is the first copy of its kind, as docs/firmware.md has it; the rest of the flash is erased."""
-    flash = with_calibration(b"\xff"*2**17, b"calibration")
-    begin = 4096 + 2*5*4096
-    magic, kind, sequence, size, crc = struct.unpack_from("<4s4I", flash, begin)
-    assert (magic, kind, sequence, size) == (b"LSRC", 1, 0, 11)
-    assert crc == zlib.crc32(flash[begin:begin + 16] + b"calibration")
-    assert flash[begin + 256:begin + 267] == b"calibration"
-    assert len(flash) == 2**17 and len(flash.replace(b"\xff", b"")) <= 20 + 11
 
 
 def part(clock, frame, to_device=False):
