@@ -120,13 +120,15 @@ def _check(result: Result, expected: NDArray[np.int16]) -> Result:
     return result
 
 
-def measure_rectified(width: int, height: int, bent: float = 1.0) -> dict[str, RectifiedClocks]:
-    """Rectify and match a frame, then frames that follow one another, in each of `MODES`; check all maps.
+def measure_rectified(width: int, height: int, mode: str, bent: float = 1.0) -> RectifiedClocks:
+    """Rectify and match a frame, then frames that follow one another; check all maps.
 
     Parameters
     ----------
     width, height
         Size of the frames, for which the simulated SoC has room.
+    mode
+        One of `MODES`.
     bent
         See `rig`.
 
@@ -136,42 +138,35 @@ def measure_rectified(width: int, height: int, bent: float = 1.0) -> dict[str, R
         The device refused or failed, or a map is wrong.
     """
     record   = rig(width, height, bent)
-    maps     = [model.expand(grid.nodes, width, height) for grid in record.grids]
+    grids    = record.grids
+    maps     = [model.expand(grid.nodes, width, height) for grid in grids]
     pairs    = [_pair(width, height, number) for number in range(2)]
     expected = [stereo_bm(*(model.remap(*one) for one in zip(pair, maps, strict=True)), SETTINGS) for pair in pairs]
-    case     = EthernetCase("rectifying", "rectifying", WIRE_HZ//WIRE_CLOCKS, MODES[0], width=width, height=height)
-    alone    = []
+    case     = EthernetCase("rectifying", "rectifying", WIRE_HZ//WIRE_CLOCKS, mode, width=width, height=height)
     with tempfile.TemporaryDirectory() as folder:
         capture = Path(folder) / "wire.pcap"
         with paced_device(case, capture) as device:
-            # Most of the time of the simulation: the device writes it to its flash.
             device.write_calibration(record.encode())
-            for mode in MODES:
-                device.streamed = mode == "streamed"
-                result = _check(device.compute(*pairs[0], SETTINGS, grids=record.grids), expected[0])
-                alone.append(result.clocks or 0)
-                queue  = (pairs[number % 2] for number in range(QUEUED))
-                for number, result in enumerate(device.stream(queue, SETTINGS, grids=record.grids)):
-                    _check(result, expected[number % 2])
-        begins = map_begins(list(read_capture(capture)))
-    delay = row_budget(record.grids).delay
-    # Those of a mode are the frame that is alone, and the others.
-    return {mode: RectifiedClocks(width, height, delay, alone[index],
-                                  mean_distance(begins[index*(QUEUED + 1) + 1:(index + 1)*(QUEUED + 1)])/WIRE_CLOCKS)
-            for index, mode in enumerate(MODES)}
+            alone   = _check(device.compute(*pairs[0], SETTINGS, grids=grids), expected[0])
+            results = device.stream((pairs[number % 2] for number in range(QUEUED)), SETTINGS, grids=grids)
+            for number, result in enumerate(results):
+                _check(result, expected[number % 2])
+        captured = list(read_capture(capture))
+    if alone.clocks is None:
+        raise LiteStereoError("the device has counted no clocks")
+    return RectifiedClocks(width, height, row_budget(grids).delay, alone.clocks, queued_clocks(captured)/WIRE_CLOCKS)
 
 
-def map_begins(captured: list[Captured]) -> list[int]:
-    """Return the clock of the wire at which the first part of each map leaves; the wire is idle then."""
+def queued_clocks(captured: list[Captured]) -> float:
+    """Return the clocks of the wire from frame to frame: from map to map, but for the first two, of which one is alone.
+
+    The maps of frames come in order, and the wire is idle when one begins.
+    """
     begins: dict[int, int] = {}
     for entry in captured:
         if not entry.to_device and entry.message.type == MessageType.READ | REPLY:
             begins.setdefault(entry.message.frame_id, entry.clock)
-    return sorted(begins.values())
-
-
-def mean_distance(clocks: list[int]) -> float:
-    """Return the mean distance between clocks that follow one another."""
+    clocks = sorted(begins.values())[1:]
     return (clocks[-1] - clocks[0])/(len(clocks) - 1)
 
 
@@ -184,7 +179,8 @@ def rectified_figures(width: int, height: int) -> list[dict[str, str | float]]:
         The device refused or failed, a map is wrong, or a frame takes too long.
     """
     rows: list[dict[str, str | float]] = []
-    for mode, found in measure_rectified(width, height).items():
+    for mode in MODES:
+        found = measure_rectified(width, height, mode)
         found.check()
         name  = f"{width}x{height}/d{SETTINGS.disparities}/b{SETTINGS.block_size}/{mode}"
         rows += [
