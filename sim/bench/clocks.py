@@ -31,7 +31,6 @@ from ..system.build import MEMORIES
 from .ethernet import CASES as CASES_OF_ETHERNET
 from .ethernet import board_cases, ethernet_figures
 from .readme import write
-from .rectified import rectified_figures
 
 #: Width, height, disparities, block size, and the stages: "all", or "sad" for the sum of absolute differences alone.
 #: The first case is the one of the README; the second is the same with "sad"; the third and fourth are those of the
@@ -175,9 +174,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
           "border. On SDRAM (32 bits, at most one word per clock) the four bytes of a pixel need the whole bus: all\n"
           "above 1 is row changes, changes between reading and writing, and refresh.\n"
           "Ethernet figures are of uploads while other frames are matched and downloaded, in clocks of the wire.\n"
-          "Shares of the memory's time are of the same clocks: a word takes one, and a port may wait in others.\n"
-          "Rectified frames are on integrated RAM, with four clocks of the wire for one of the system. A frame takes\n"
-          "as many rows more as come in before its first row leaves, and begins when the one before has ended.")
+          "Shares of the memory's time are of the same clocks: a word takes one, and a port may wait in others.")
     path = build_directory() / "bench.json"
     path.write_text(json.dumps(rows, indent=2) + "\n")
     print(f"written: {path}")
@@ -216,6 +213,4 @@ def all_figures() -> list[Figure]:
                 rows += opencv_figures(first)
     print("measuring Ethernet", file=sys.stderr, flush=True)
     rows += ethernet_figures(CASES_OF_ETHERNET)
-    print("measuring the rectification", file=sys.stderr, flush=True)
-    rows += rectified_figures(*CASES[0][:2])
     return rows

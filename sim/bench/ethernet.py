@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import contextlib
 import tempfile
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -127,7 +126,12 @@ def measure_flow(case: EthernetCase) -> Flow:
     byte_clock_hz = case.simulated_hz(case.wire_hz)
     with tempfile.TemporaryDirectory() as folder:
         capture, counts = Path(folder) / "wire.pcap", Path(folder) / "memory.bin"
-        with paced_device(case, capture, counts) as device:
+        with (start_simulation(case.ram, byte_clock_hz=byte_clock_hz, capture=capture, memory_counts=counts,
+                               timeout_s=START_LIMIT_S,
+                               matcher_clock_hz=case.simulated_hz(case.matcher_hz),
+                               paced_latency=round(HOST_LATENCY_S*case.wire_hz)) as simulation,
+              contextlib.closing(PacedChannel(simulation.paced, case.wire_hz)) as channel, time_of(channel),
+              UdpDevice("sim:", channel, streamed=case.mode == "streamed") as device):
             results = device.stream((pairs[n % 2] for n in range(FRAMES)), case.settings)
             for number, result in enumerate(results):
                 if not np.array_equal(result.disparity, expected[number % 2]):
@@ -136,24 +140,6 @@ def measure_flow(case: EthernetCase) -> Flow:
         begin, end = steady(captured)
         shares = read_shares(counts, case.ram, begin/byte_clock_hz, end/byte_clock_hz)
         return flow(captured, begin, end, shares)
-
-
-@contextlib.contextmanager
-def paced_device(case: EthernetCase, capture: Path, counts: Path | None = None) -> Iterator[UdpDevice]:
-    """Simulate a device whose time the host shares, with a file for the wire and one for the memory's counts.
-
-    Raises
-    ------
-    LiteStereoError
-        The device did not start.
-    """
-    with (start_simulation(case.ram, byte_clock_hz=case.simulated_hz(case.wire_hz), capture=capture,
-                           memory_counts=counts, timeout_s=START_LIMIT_S,
-                           matcher_clock_hz=case.simulated_hz(case.matcher_hz),
-                           paced_latency=round(HOST_LATENCY_S*case.wire_hz)) as simulation,
-          contextlib.closing(PacedChannel(simulation.paced, case.wire_hz)) as channel, time_of(channel),
-          UdpDevice("sim:", channel, streamed=case.mode == "streamed") as device):
-        yield device
 
 
 def steady(captured: list[Captured]) -> tuple[int, int]:

@@ -23,7 +23,7 @@ def key() -> str:
     return code_key(*(PACKAGE_DIR / folder for folder in MEASURED))
 
 
-PAGE = Page("README.md", "bench", key, minutes=20)
+PAGE = Page("README.md", "bench", key, minutes=15)
 
 BEGIN, END = "<!-- figures of make bench: begin -->", "<!-- figures of make bench: end -->"
 

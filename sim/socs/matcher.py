@@ -12,11 +12,10 @@ from ...gateware.common.parameters import FEATURES, MatcherParameters
 #: Large enough for every image of the Middlebury sets of 2001 and 2003.
 MATCHER = MatcherParameters(max_width=640, disparities=64, max_block_size=15)
 
-#: Few disparities, as large a frame, and a rectification that keeps 96 rows.
-RECTIFYING_MATCHER = MatcherParameters(max_width=640, disparities=16, max_block_size=9,
+#: Small, with a rectification that keeps 96 rows.
+RECTIFYING_MATCHER = MatcherParameters(max_width=128, disparities=16, max_block_size=9,
                                        features=(*FEATURES, "rectification"), rectification_rows=96,
-                                       rectification_height=480)
+                                       rectification_height=128)
 
-#: Small, with a rectification and cameras.
-CAMERA_MATCHER = replace(RECTIFYING_MATCHER, max_width=128, rectification_height=128,
-                         features=(*FEATURES, "rectification", "cameras"))
+#: The same, with cameras.
+CAMERA_MATCHER = replace(RECTIFYING_MATCHER, features=(*FEATURES, "rectification", "cameras"))
