@@ -86,6 +86,21 @@ class PairJoin(LiteXModule):
         self.add_fsm()
         self.add_pairs()
 
+    def connect_matcher(self, pairs):
+        """Return the statements that connect a `PairMatcher`."""
+        found = self.found
+        return [
+            self.waits.eq(pairs.waits),
+            self.side.eq(pairs.side),
+            self.paired.eq(pairs.paired),
+            found.number.eq(pairs.pair_number),
+            found.exposed.eq(pairs.exposed),
+            found.left_stamp.eq(pairs.stamps[0]),
+            found.right_stamp.eq(pairs.stamps[1]),
+            found.skew.eq(pairs.skew),
+            found.flagged.eq(pairs.flagged),
+        ]
+
     def add_queues(self):
         """Connect the queues, and tell each whether its frame may become one of a pair."""
         self.takes   = Signal() # What follows takes a pair, and none is under way.

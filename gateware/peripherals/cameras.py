@@ -165,15 +165,7 @@ class CameraPeripheral(CameraCSR, LiteXModule):
             join.width.eq(self.width),
             join.height.eq(self.height),
             join.silence.eq(self.silence),
-            join.waits.eq(pairs.waits),
-            join.side.eq(pairs.side),
-            join.paired.eq(pairs.paired),
-            join.found.number.eq(pairs.pair_number),
-            join.found.exposed.eq(pairs.exposed),
-            join.found.left_stamp.eq(pairs.stamps[0]),
-            join.found.right_stamp.eq(pairs.stamps[1]),
-            join.found.skew.eq(pairs.skew),
-            join.found.flagged.eq(pairs.flagged),
+            join.connect_matcher(pairs),
         ]
         self.sync += If(self.latch,
             self.latched.eq(triggers.now)

@@ -59,8 +59,8 @@ class CameraCSR:
         self.ev.damaged        = EventSourcePulse(description="It was damaged, or its skew above ``flag_limit``.")
         self.ev.missed         = EventSourcePulse(description="A frame was alone, or a pair was not given out whole: "
             "see ``pair_counts``, ``pair_losses`` and ``alone_counts``.")
-        self.ev.left_measured  = EventSourcePulse(description="The statistics of a left frame are there.")
-        self.ev.right_measured = EventSourcePulse(description="The statistics of a right frame are there.")
+        self.ev.left_measured  = EventSourcePulse(description="A left frame has been measured.")
+        self.ev.right_measured = EventSourcePulse(description="A right frame has been measured.")
         self.ev.finalize()
         self.comb += [
             self.ev.pair.trigger.eq(self.join.finished),

@@ -48,15 +48,7 @@ class Top(LiteXModule):
             join.reset.eq(self.join_reset),
             pairs.free_running.eq(1),
             pairs.now.eq(now),
-            join.waits.eq(pairs.waits),
-            join.side.eq(pairs.side),
-            join.paired.eq(pairs.paired),
-            join.found.number.eq(pairs.pair_number),
-            join.found.exposed.eq(pairs.exposed),
-            join.found.left_stamp.eq(pairs.stamps[0]),
-            join.found.right_stamp.eq(pairs.stamps[1]),
-            join.found.skew.eq(pairs.skew),
-            join.found.flagged.eq(pairs.flagged),
+            join.connect_matcher(pairs),
         ]
         for number, guard in enumerate(self.guards):
             self.comb += [
