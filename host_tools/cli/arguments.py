@@ -39,6 +39,16 @@ def add_device(parser: argparse.ArgumentParser, required: bool = True) -> None:
                              f"variable {DEVICE_VARIABLE})")
 
 
+def add_map_values(parser: argparse._ActionsContainer) -> None:
+    """Add `--map-scale` and `--none-value`, which say what the values of a map in a file are."""
+    parser.add_argument("--map-scale", metavar="S", type=positive,
+                        help="divisor from the values of a map to pixels (default: 16 for int16, 256 for 16-bit "
+                             "images, 1 for floating point)")
+    parser.add_argument("--none-value", metavar="V", type=float, action="append", default=[], dest="none_values",
+                        help="value of a map's pixels without a disparity, may be repeated; nan for only nan and inf "
+                             "(default: found)")
+
+
 def add_json(parser: argparse.ArgumentParser) -> None:
     """Add `--json`."""
     parser.add_argument("--json", action="store_true", help="print JSON instead of text (default: text)")

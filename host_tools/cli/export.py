@@ -29,7 +29,7 @@ from ..export import files
 from ..export.bag import check_bag, write_bag
 from ..export.maps import SearchRange
 from ..export.messages import StereoMessage
-from .arguments import Parser, add_force, add_json, count, natural, positive
+from .arguments import Parser, add_force, add_json, add_map_values, count, natural, positive
 from .cameras import Cameras, add_cameras, chosen_cameras
 
 #: Formats by their names in the command: the file, and its contents.
@@ -81,12 +81,7 @@ def add_parser(commands: argparse._SubParsersAction[Parser]) -> None:
                         help="folder for the results, created if needed")
     parser.add_argument("--format", choices=FORMATS, action="append", required=True, dest="formats",
                         help="format to write, may be repeated")
-    parser.add_argument("--map-scale", metavar="S", type=positive,
-                        help="divisor from the map's values to pixels (default: 16 for int16, 256 for 16-bit images, 1 "
-                             "for floating point)")
-    parser.add_argument("--none-value", metavar="V", type=float, action="append", default=[], dest="none_values",
-                        help="value of the map's pixels without a disparity, may be repeated; nan for only nan and inf "
-                             "(default: found)")
+    add_map_values(parser)
     parser.add_argument("--left", metavar="IMAGE", type=Path, help="left image, for colours (default: none)")
     add_json(parser)
     add_force(parser)

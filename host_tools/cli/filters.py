@@ -76,7 +76,6 @@ def single_frame_notices(chain: FilterChain) -> list[str]:
             for name in chain.needing_frames()]
 
 
-
 def filter_values(chain: FilterChain, map_: DisparityMap | None) -> dict[str, Any]:
     """Return what JSON says of the filters, and of the pixels and cameras of a filtered map; None before the first."""
     return {

@@ -24,7 +24,7 @@ from ..evaluation.flat_target import FIGURES, TEMPORAL_FIGURES, Region, RegionMe
 from ..evaluation.metrics import json_values
 from ..live.matching import match_source
 from ..live.rectifying import rectification_text
-from .arguments import Parser, add_device, add_json, count, natural, positive
+from .arguments import Parser, add_device, add_json, add_map_values, count, natural, positive
 from .cameras import add_cameras, chosen_cameras
 from .filters import add_filters, decimation_text, filter_values
 from .matching import add_settings, device_settings, print_notices, stages_off
@@ -88,13 +88,7 @@ def add_parser(commands: argparse._SubParsersAction[Parser]) -> None:
     add_device(parser, required=False)
     add_json(parser)
     add_cameras(parser)
-    maps = parser.add_argument_group("maps of files")
-    maps.add_argument("--map-scale", metavar="S", type=positive,
-                      help="divisor from the maps' values to pixels (default: 16 for int16, 256 for 16-bit images, 1 "
-                           "for floating point)")
-    maps.add_argument("--none-value", metavar="V", type=float, action="append", default=[], dest="none_values",
-                      help="value of the maps' pixels without a disparity, may be repeated; nan for only nan and inf "
-                           "(default: found)")
+    add_map_values(parser.add_argument_group("maps of files"))
     add_settings(parser)
     add_filters(parser)
     parser.set_defaults(run=run)
